@@ -1,0 +1,420 @@
+//! The owner of an agent's state, with capacities fixed at compile time.
+
+use core::fmt;
+use core::marker::PhantomData;
+
+use heapless::Vec;
+
+use crate::action::Action;
+use crate::blob::{ActionKind, MemoryModel, ResetScope};
+use crate::exec::{self, Machine, Path};
+use crate::math;
+use crate::memory::{IndexedStream, slot_stream};
+use crate::rng::Pcg32;
+use crate::tables::{Program, ProgramId, Section, Target, Team};
+use crate::verify::Policy;
+
+/// Which vector widths an [`Agent`] is compiled for.
+pub trait Width: sealed::Sealed {}
+
+mod sealed {
+    use super::{Machine, Path, Policy};
+
+    pub trait Sealed {
+        /// The only width, or `None` for every width up to the limit.
+        const ONLY: Option<u16>;
+        fn decide(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path;
+    }
+}
+
+/// One width `W`: the interpreter is compiled once, for firmware.
+#[derive(Debug, Clone, Copy)]
+pub struct Fixed<const W: usize>;
+
+/// Any width up to [`MAX_WIDTH`](crate::MAX_WIDTH): one copy of the interpreter for each, for hosts.
+#[derive(Debug, Clone, Copy)]
+pub struct AnyWidth;
+
+impl<const W: usize> Width for Fixed<W> {}
+impl Width for AnyWidth {}
+
+impl<const W: usize> sealed::Sealed for Fixed<W> {
+    const ONLY: Option<u16> = Some(W as u16);
+
+    #[inline(always)]
+    fn decide(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path {
+        exec::decide::<W>(policy, machine)
+    }
+}
+
+impl sealed::Sealed for AnyWidth {
+    const ONLY: Option<u16> = None;
+
+    fn decide(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path {
+        macro_rules! dispatch {
+            ($($w:literal)*) => {
+                match policy.header.width {
+                    $($w => exec::decide::<$w>(policy, machine),)*
+                    // The verifier has refused every other width.
+                    _ => exec::decide::<1>(policy, machine),
+                }
+            };
+        }
+        dispatch!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
+    }
+}
+
+/// What begins when an agent is reset; the policy's [`ResetScope`] decides what that clears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reset {
+    /// The agent starts: its first episode of an evaluation.
+    Agent,
+    /// A further episode of the same agent.
+    Episode,
+}
+
+/// A policy that does not fit the agent it was to be loaded into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CapacityError {
+    /// What there is too little of: `words`, `programs`, `teams`, `streams`, or the `width` that differs.
+    pub resource: &'static str,
+    /// What the policy needs.
+    pub needed: usize,
+    /// What the agent offers.
+    pub available: usize,
+}
+
+impl fmt::Display for CapacityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            resource,
+            needed,
+            available,
+        } = self;
+        write!(
+            f,
+            "policy needs {resource} = {needed}, the agent was compiled for {available}"
+        )
+    }
+}
+
+impl core::error::Error for CapacityError {}
+
+/// An observation of another length than the policy's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ObservationError {
+    /// Length that the policy expects.
+    pub needed: usize,
+    /// Length that was given.
+    pub got: usize,
+}
+
+impl fmt::Display for ObservationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { needed, got } = self;
+        write!(
+            f,
+            "observation has {got} elements, the policy expects {needed}"
+        )
+    }
+}
+
+impl core::error::Error for ObservationError {}
+
+/// An agent with room for any policy that the format's offsets can address, for hosts; some 340 KB, so box it.
+pub type HostAgent<'p> = Agent<'p, AnyWidth, 65_536, 2_048, 512, 1_536>;
+
+/// One decision: the action and how it came about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision<'a> {
+    /// What the plant is to do.
+    pub action: Action<'a>,
+    /// The program that won at the last team.
+    pub winner: ProgramId,
+    /// Instructions executed.
+    pub instructions: u32,
+    /// Teams visited.
+    pub teams: u16,
+}
+
+/// A policy and its state: registers, shared memory, random streams.
+///
+/// `WORDS`, `PROGRAMS`, `TEAMS` and `STREAMS` are capacities; [`Header`](crate::blob::Header) says what a
+/// blob needs. RAM: 4·`WORDS` + 4·`PROGRAMS` + `TEAMS` + 16·`STREAMS` bytes and some 200 more.
+///
+/// # Examples
+/// ```no_run
+/// use tpg_runtime::{Agent, AnyWidth, Policy, Reset};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let blob: &[u8] = &[];
+/// let policy = Policy::load(blob)?;
+/// let mut agent: Agent<'_, AnyWidth, 4096, 64, 16, 8> = Agent::new(policy)?;
+/// agent.reset(Reset::Agent, 42);
+/// let decision = agent.decide(&[0.0; 11])?;
+/// println!("{:?} after {} instructions", decision.action, decision.instructions);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct Agent<
+    'p,
+    W: Width,
+    const WORDS: usize,
+    const PROGRAMS: usize,
+    const TEAMS: usize,
+    const STREAMS: usize,
+> {
+    policy: Policy<'p>,
+    words: Vec<f32, WORDS>,
+    bids: Vec<f32, PROGRAMS>,
+    visited: Vec<bool, TEAMS>,
+    streams: Vec<Pcg32, STREAMS>,
+    indexed: IndexedStream,
+    width: PhantomData<W>,
+}
+
+impl<
+    'p,
+    W: Width,
+    const WORDS: usize,
+    const PROGRAMS: usize,
+    const TEAMS: usize,
+    const STREAMS: usize,
+> Agent<'p, W, WORDS, PROGRAMS, TEAMS, STREAMS>
+{
+    /// Makes an agent for a policy, reset with seed 0.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if the policy needs more than the type's capacities, or another width.
+    pub fn new(policy: Policy<'p>) -> Result<Self, CapacityError> {
+        let mut agent = Agent {
+            policy,
+            words: Vec::new(),
+            bids: Vec::new(),
+            visited: Vec::new(),
+            streams: Vec::new(),
+            indexed: IndexedStream::default(),
+            width: PhantomData,
+        };
+        agent.load(policy)?;
+        Ok(agent)
+    }
+
+    /// Replaces the policy and resets everything, with seed 0; the carried memory image is restored.
+    ///
+    /// # Errors
+    /// [`CapacityError`] as for [`Agent::new`]; the agent then keeps its old policy and state.
+    pub fn load(&mut self, policy: Policy<'p>) -> Result<(), CapacityError> {
+        let header = policy.header();
+        if let Some(only) = W::ONLY
+            && only != header.width
+        {
+            return Err(CapacityError {
+                resource: "width",
+                needed: usize::from(header.width),
+                available: usize::from(only),
+            });
+        }
+        let words = header.words as usize;
+        let [programs, teams, streams] =
+            [header.programs, header.teams, header.streams].map(usize::from);
+        let fits = [
+            ("words", words, WORDS),
+            ("programs", programs, PROGRAMS),
+            ("teams", teams, TEAMS),
+            ("streams", streams, STREAMS),
+        ];
+        for (resource, needed, available) in fits {
+            if needed > available {
+                return Err(CapacityError {
+                    resource,
+                    needed,
+                    available,
+                });
+            }
+        }
+        // None of these can fail: the lengths were just compared with the capacities.
+        let _ = self.words.resize(words, 0.0);
+        let _ = self.bids.resize(programs, f32::NAN);
+        let _ = self.visited.resize(teams, false);
+        let _ = self.streams.resize(streams, Pcg32::new(0, 0));
+        self.policy = policy;
+        self.words.fill(0.0);
+        self.restore_memory();
+        self.reset_registers();
+        self.seed_streams(0);
+        Ok(())
+    }
+
+    /// The policy that the agent executes.
+    #[must_use]
+    pub const fn policy(&self) -> &Policy<'p> {
+        &self.policy
+    }
+
+    /// Begins an agent's evaluation or one of its episodes (thesis Algorithm 1).
+    ///
+    /// `agent_seed` determines the random streams; where nothing is reset it is not used.
+    pub fn reset(&mut self, what: Reset, agent_seed: u64) {
+        use ResetScope::{EveryDecision, Original, PerAgent, PerEpisode, PerGeneration};
+        let scope = self.policy.header.reset_scope;
+        let (registers, memory) = match (what, scope) {
+            (Reset::Agent, Original | PerGeneration) => (true, false),
+            (_, PerEpisode | EveryDecision) | (Reset::Agent, PerAgent) => (true, true),
+            (Reset::Episode, Original | PerGeneration | PerAgent) => (false, false),
+        };
+        if memory {
+            self.restore_memory();
+        }
+        if registers {
+            self.reset_registers();
+            self.seed_streams(agent_seed);
+        }
+    }
+
+    /// Chooses the action for an observation; runs at most [`Policy::bounds`] instructions.
+    ///
+    /// Non-finite elements of the observation count as 0.
+    ///
+    /// # Errors
+    /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
+    pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
+        let header = &self.policy.header;
+        let needed = usize::from(header.observation_len);
+        if observation.len() != needed {
+            return Err(ObservationError {
+                needed,
+                got: observation.len(),
+            });
+        }
+        let window = self.words.iter_mut().take(usize::from(header.window));
+        for (word, x) in window.zip(observation.iter().cycle()) {
+            *word = math::finite(*x);
+        }
+        let path = W::decide(
+            &self.policy,
+            &mut Machine {
+                words: &mut self.words,
+                bids: &mut self.bids,
+                visited: &mut self.visited,
+                streams: &mut self.streams,
+                indexed: &mut self.indexed,
+            },
+        );
+        Ok(Decision {
+            action: self.take_action(path.winner),
+            winner: path.winner,
+            instructions: path.instructions,
+            teams: path.teams,
+        })
+    }
+
+    /// Memory that programs share: the teams' slots, then the kept cells, in state order.
+    #[must_use]
+    pub fn memory(&self) -> &[f32] {
+        self.words
+            .get(self.policy.memory_start..)
+            .unwrap_or_default()
+    }
+
+    /// The whole state, for comparisons: observation window, outputs, registers, memory.
+    #[must_use]
+    pub fn words(&self) -> &[f32] {
+        &self.words
+    }
+
+    /// Overwrites the shared memory, for scopes in which it outlives the agent.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if `memory` has another length than [`Agent::memory`]; nothing changes then.
+    pub fn set_memory(&mut self, memory: &[f32]) -> Result<(), CapacityError> {
+        let place = self
+            .words
+            .get_mut(self.policy.memory_start..)
+            .unwrap_or_default();
+        if place.len() != memory.len() {
+            return Err(CapacityError {
+                resource: "memory words",
+                needed: place.len(),
+                available: memory.len(),
+            });
+        }
+        for (word, x) in place.iter_mut().zip(memory) {
+            *word = math::finite(*x);
+        }
+        Ok(())
+    }
+
+    /// The winner's action; continuous ones are clamped into the state's output words.
+    fn take_action(&mut self, winner: ProgramId) -> Action<'_> {
+        let header = &self.policy.header;
+        let program = self.policy.tables.program(winner);
+        if header.action_kind == ActionKind::Discrete {
+            return Action::Discrete(match program.map(|p| p.target) {
+                Some(Target::Atomic(action)) => action,
+                _ => 0,
+            });
+        }
+        let (start, len) = (usize::from(header.window), header.outputs());
+        let (low, high) = (header.action_low, header.action_high);
+        let source = program.map_or(start, |p| usize::from(p.output));
+        for k in 0..len {
+            let x = self.words.get(source + k).copied().unwrap_or(0.0);
+            if let Some(out) = self.words.get_mut(start + k) {
+                *out = math::clamp(x, low, high);
+            }
+        }
+        let outputs = self.words.get(start..).and_then(|rest| rest.get(..len));
+        Action::Continuous(outputs.unwrap_or_default())
+    }
+
+    fn reset_registers(&mut self) {
+        for bytes in self.policy.tables.programs {
+            let program = Program::from_bytes(bytes);
+            exec::reset_registers(&self.policy, &mut self.words, &program);
+        }
+    }
+
+    /// Sets shared memory to the carried image, else to its initial values.
+    fn restore_memory(&mut self) {
+        let carried = self.policy.tables.memory;
+        if !carried.is_empty() {
+            let place = self.words.get_mut(self.policy.memory_start..);
+            for (word, bytes) in place.unwrap_or_default().iter_mut().zip(carried) {
+                *word = f32::from_le_bytes(*bytes);
+            }
+            return;
+        }
+        if self.policy.header.memory_model == MemoryModel::Indexed {
+            // The thesis clears indexed memory to zero (§2.5.1); only team memory has constants.
+            let cells = self.words.get_mut(self.policy.cells_start()..);
+            cells.unwrap_or_default().fill(0.0);
+        }
+        let width = usize::from(self.policy.header.width);
+        for bytes in self.policy.tables.teams {
+            let team = Team::from_bytes(bytes);
+            let len = team.memory_words(width);
+            exec::fill_initial(
+                &self.policy,
+                &mut self.words,
+                team.memory_start,
+                team.constants_start,
+                len,
+            );
+        }
+    }
+
+    fn seed_streams(&mut self, agent_seed: u64) {
+        self.indexed = IndexedStream::new(agent_seed);
+        for bytes in self.policy.tables.teams {
+            let team = Team::from_bytes(bytes);
+            for section in Section::ALL {
+                let place = team.stream(section).and_then(|s| self.streams.get_mut(s));
+                if let Some(stream) = place {
+                    *stream = slot_stream(agent_seed, team.stream_key, section);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The file format `*.tpg`: header, postcard body, CRC-32. `docs/format.md` is its normative description.
+
+mod decode;
+mod encode;
+mod header;
+
+pub use decode::{Blob, DecodeError};
+pub use encode::{EncodeError, encode, encoded_bound};
+pub use header::{ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope};
+
+/// First bytes of every blob.
+pub const MAGIC: [u8; 4] = *b"TPGB";
+/// The format version that this build writes and reads.
+pub const VERSION: u16 = 1;
+
+/// CRC-32 (IEEE 802.3) over header and body, without a table to save flash.
+const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+
+/// The body as postcard sees it: byte strings of fixed-width records.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Body<'a> {
+    teams: &'a [u8],
+    members: &'a [u8],
+    programs: &'a [u8],
+    code: &'a [u8],
+    constants: &'a [u8],
+    cells: &'a [u8],
+    memory: &'a [u8],
+    front_end: &'a [u8],
+    labels: &'a str,
+    task: &'a str,
+    observability: &'a str,
+}

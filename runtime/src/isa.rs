@@ -1,0 +1,340 @@
+//! The instruction table: the one place that lists operations, their operands, encoding and cost.
+//!
+//! Names, operand kinds, notation, cost and the fingerprint in every blob derive from [`isa!`]'s rows.
+//! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
+
+/// Number of registers of each kind in a program (thesis Table 3.2).
+pub const REGISTERS: usize = 8;
+/// Slots of each section of a team's shared memory (thesis §3.4.2).
+pub const SLOTS: usize = 8;
+/// Rows of the indexed memory of the classic set (thesis §2.4.3, as in PyTPG).
+pub const INDEXED_ROWS: usize = 100;
+/// Cells of the indexed memory: [`INDEXED_ROWS`] rows of one column for each register.
+pub const INDEXED_CELLS: usize = INDEXED_ROWS * REGISTERS;
+
+/// What an instruction writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Destination {
+    /// Nothing in the program's registers.
+    None,
+    /// A scalar register, overwritten.
+    S,
+    /// A scalar register whose old value is read too.
+    SUpdate,
+    /// A vector register, overwritten.
+    V,
+    /// A matrix register, overwritten.
+    M,
+}
+
+/// What an instruction reads through one of its two operand fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operand {
+    /// Unused, stored as zero.
+    None,
+    /// A scalar register or one element of the observation.
+    S,
+    /// A vector register or the observation vector.
+    V,
+    /// A matrix register or the observation matrix.
+    M,
+    /// One element of a vector register or of the observation vector.
+    VElement,
+    /// One element of a matrix register or of the observation matrix.
+    MElement,
+    /// A scalar register, an element of the observation, or an element of a vector.
+    SOrVElement,
+    /// A slot of the scalar section of team memory.
+    ScalarSlot,
+    /// A slot of the vector section of team memory.
+    VectorSlot,
+    /// A slot of the matrix section of team memory.
+    MatrixSlot,
+    /// Element of the vector that the first operand's slot holds.
+    VectorIndex,
+    /// Element (row-major) of the matrix that the first operand's slot holds.
+    MatrixIndex,
+    /// A cell of indexed memory, row-major.
+    Cell,
+}
+
+/// A family of operations that a policy may use or go without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Group {
+    /// Scalar arithmetic, transcendental functions and the conditional.
+    Scalar = 1,
+    /// Operations on vectors, and from vectors to scalars.
+    Vector = 2,
+    /// Operations on matrices, and from matrices to vectors and scalars.
+    Matrix = 4,
+    /// Reloading a register from its evolved constant (absent in SL-NC).
+    Constants = 8,
+    /// Team shared memory: probabilistic writes, reads of one scalar (thesis §3.4.2).
+    TeamMemory = 16,
+    /// Reads of a whole vector or matrix from team memory (thesis §3.8), off by default.
+    WholeReads = 32,
+    /// The ten operations of chapter 2 (thesis §2.5.4), with indexed memory.
+    Classic = 64,
+}
+
+impl Group {
+    /// Every group.
+    pub const ALL: [Group; 7] = [
+        Group::Scalar,
+        Group::Vector,
+        Group::Matrix,
+        Group::Constants,
+        Group::TeamMemory,
+        Group::WholeReads,
+        Group::Classic,
+    ];
+
+    /// The group's bit in a blob's header.
+    #[must_use]
+    pub const fn bit(self) -> u16 {
+        self as u16
+    }
+}
+
+/// How often an instruction repeats its unit of work, W being the vector width.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Once.
+    One,
+    /// W times.
+    Width,
+    /// W² times.
+    Square,
+    /// W³ times.
+    Cube,
+    /// Once for each cell of indexed memory that the policy keeps.
+    Cells,
+}
+
+/// The cost class of an operation, in single-precision operations.
+///
+/// An addition, a multiplication, a comparison or a move counts 1, a division or square root 4, a
+/// transcendental function 24, a random draw 8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cost {
+    /// Weighted operations of one repetition.
+    pub unit: u8,
+    /// Number of repetitions.
+    pub extent: Extent,
+}
+
+impl Cost {
+    /// Weighted operations of one execution at vector width `width` with `cells` kept memory cells.
+    #[must_use]
+    pub const fn weight(self, width: u16, cells: u16) -> u64 {
+        let (w, unit) = (width as u64, self.unit as u64);
+        unit * match self.extent {
+            Extent::One => 1,
+            Extent::Width => w,
+            Extent::Square => w * w,
+            Extent::Cube => w * w * w,
+            Extent::Cells => cells as u64,
+        }
+    }
+}
+
+macro_rules! isa {
+    ($($code:literal $name:ident $mnemonic:literal $group:ident: $dst:ident <- $a:ident, $b:ident; $unit:literal $extent:ident; $notation:literal)*) => {
+        /// An operation.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Op {
+            $(#[doc = concat!("`", $notation, "`")] $name = $code,)*
+        }
+
+        impl Op {
+            /// Every operation, in the order of their codes.
+            pub const ALL: &'static [Op] = &[$(Op::$name),*];
+
+            /// The operation with this code, if there is one.
+            #[must_use]
+            pub const fn from_code(code: u8) -> Option<Op> {
+                match code {
+                    $($code => Some(Op::$name),)*
+                    _ => None,
+                }
+            }
+
+            /// Short unique name, as used in configuration and disassembly.
+            #[must_use]
+            pub const fn mnemonic(self) -> &'static str {
+                match self { $(Op::$name => $mnemonic,)* }
+            }
+
+            /// Readable form, with `{d}`, `{a}`, `{b}` where the operands belong.
+            #[must_use]
+            pub const fn notation(self) -> &'static str {
+                match self { $(Op::$name => $notation,)* }
+            }
+
+            /// The family that the operation belongs to.
+            #[must_use]
+            pub const fn group(self) -> Group {
+                match self { $(Op::$name => Group::$group,)* }
+            }
+
+            /// What the operation writes.
+            #[must_use]
+            pub const fn destination(self) -> Destination {
+                match self { $(Op::$name => Destination::$dst,)* }
+            }
+
+            /// What the operation reads through its fields `a` and `b`.
+            #[must_use]
+            pub const fn operands(self) -> [Operand; 2] {
+                match self { $(Op::$name => [Operand::$a, Operand::$b],)* }
+            }
+
+            /// What one execution costs.
+            #[must_use]
+            pub const fn cost(self) -> Cost {
+                match self { $(Op::$name => Cost { unit: $unit, extent: Extent::$extent },)* }
+            }
+        }
+
+        /// Hash of the table: a blob made for another table is refused.
+        pub const FINGERPRINT: u32 = fingerprint(concat!($(
+            stringify!($code), $mnemonic, stringify!($dst), stringify!($a), stringify!($b), ";",
+        )*));
+    };
+}
+
+/// FNV-1a, 32 bits.
+const fn fingerprint(text: &str) -> u32 {
+    let (mut hash, mut rest) = (0x811c_9dc5_u32, text.as_bytes());
+    while let [byte, tail @ ..] = rest {
+        hash = (hash ^ *byte as u32).wrapping_mul(0x0100_0193);
+        rest = tail;
+    }
+    hash
+}
+
+isa! {
+    // code name mnemonic group: destination <- operands; unit of cost and how often; notation
+    0 Add "add" Scalar: S <- S, S; 1 One; "{d} = {a} + {b}"
+    1 Sub "sub" Scalar: S <- S, S; 1 One; "{d} = {a} - {b}"
+    2 Mul "mul" Scalar: S <- S, S; 1 One; "{d} = {a} * {b}"
+    3 Div "div" Scalar: S <- S, S; 4 One; "{d} = {a} / {b}"
+    4 Min "min" Scalar: S <- S, S; 1 One; "{d} = min({a}, {b})"
+    5 Max "max" Scalar: S <- S, S; 1 One; "{d} = max({a}, {b})"
+    6 Pow "pow" Scalar: S <- S, S; 24 One; "{d} = pow({a}, {b})"
+    7 Abs "abs" Scalar: S <- S, None; 1 One; "{d} = abs({a})"
+    8 Recip "recip" Scalar: S <- S, None; 4 One; "{d} = 1 / {a}"
+    9 Sqr "sqr" Scalar: S <- S, None; 1 One; "{d} = {a}^2"
+    10 Cube "cube" Scalar: S <- S, None; 2 One; "{d} = {a}^3"
+    11 Sqrt "sqrt" Scalar: S <- S, None; 4 One; "{d} = sqrt({a})"
+    12 Sin "sin" Scalar: S <- S, None; 24 One; "{d} = sin({a})"
+    13 Cos "cos" Scalar: S <- S, None; 24 One; "{d} = cos({a})"
+    14 Tan "tan" Scalar: S <- S, None; 24 One; "{d} = tan({a})"
+    15 Asin "asin" Scalar: S <- S, None; 24 One; "{d} = asin({a})"
+    16 Acos "acos" Scalar: S <- S, None; 24 One; "{d} = acos({a})"
+    17 Atan "atan" Scalar: S <- S, None; 24 One; "{d} = atan({a})"
+    18 Tanh "tanh" Scalar: S <- S, None; 24 One; "{d} = tanh({a})"
+    19 Exp "exp" Scalar: S <- S, None; 24 One; "{d} = exp({a})"
+    20 Log "log" Scalar: S <- S, None; 24 One; "{d} = log({a})"
+    21 Heaviside "heaviside" Scalar: S <- S, None; 1 One; "{d} = heaviside({a})"
+    22 Cond "cond" Scalar: SUpdate <- SOrVElement, S; 1 One; "if {d} < {a}: {d} = -{b}"
+
+    23 VAdd "v-add" Vector: V <- V, V; 1 Width; "{d} = {a} + {b}"
+    24 VSub "v-sub" Vector: V <- V, V; 1 Width; "{d} = {a} - {b}"
+    25 VMul "v-mul" Vector: V <- V, V; 1 Width; "{d} = {a} .* {b}"
+    26 VDiv "v-div" Vector: V <- V, V; 4 Width; "{d} = {a} ./ {b}"
+    27 VMin "v-min" Vector: V <- V, V; 1 Width; "{d} = min({a}, {b})"
+    28 VMax "v-max" Vector: V <- V, V; 1 Width; "{d} = max({a}, {b})"
+    29 VAbs "v-abs" Vector: V <- V, None; 1 Width; "{d} = abs({a})"
+    30 VRecip "v-recip" Vector: V <- V, None; 4 Width; "{d} = 1 ./ {a}"
+    31 VHeaviside "v-heaviside" Vector: V <- V, None; 1 Width; "{d} = heaviside({a})"
+    32 VScale "v-scale" Vector: V <- S, V; 1 Width; "{d} = {a} * {b}"
+    33 VBroadcast "v-broadcast" Vector: V <- S, None; 1 Width; "{d} = broadcast({a})"
+    34 Dot "dot" Vector: S <- V, V; 2 Width; "{d} = dot({a}, {b})"
+    35 VNorm "v-norm" Vector: S <- V, None; 3 Width; "{d} = norm({a})"
+    36 VMean "v-mean" Vector: S <- V, None; 2 Width; "{d} = mean({a})"
+    37 VStd "v-std" Vector: S <- V, None; 4 Width; "{d} = std({a})"
+    38 VElement "v-element" Vector: S <- VElement, None; 1 One; "{d} = {a}"
+
+    39 MatVec "mat-vec" Matrix: V <- M, V; 2 Square; "{d} = {a} x {b}"
+    40 RowNorm "row-norm" Matrix: V <- M, None; 3 Square; "{d} = row_norm({a})"
+    41 ColumnNorm "column-norm" Matrix: V <- M, None; 3 Square; "{d} = column_norm({a})"
+    42 RowMean "row-mean" Matrix: V <- M, None; 2 Square; "{d} = row_mean({a})"
+    43 RowStd "row-std" Matrix: V <- M, None; 4 Square; "{d} = row_std({a})"
+    44 MAdd "m-add" Matrix: M <- M, M; 1 Square; "{d} = {a} + {b}"
+    45 MSub "m-sub" Matrix: M <- M, M; 1 Square; "{d} = {a} - {b}"
+    46 MMul "m-mul" Matrix: M <- M, M; 1 Square; "{d} = {a} .* {b}"
+    47 MDiv "m-div" Matrix: M <- M, M; 4 Square; "{d} = {a} ./ {b}"
+    48 MMin "m-min" Matrix: M <- M, M; 1 Square; "{d} = min({a}, {b})"
+    49 MMax "m-max" Matrix: M <- M, M; 1 Square; "{d} = max({a}, {b})"
+    50 MAbs "m-abs" Matrix: M <- M, None; 1 Square; "{d} = abs({a})"
+    51 MRecip "m-recip" Matrix: M <- M, None; 4 Square; "{d} = 1 ./ {a}"
+    52 MHeaviside "m-heaviside" Matrix: M <- M, None; 1 Square; "{d} = heaviside({a})"
+    53 Transpose "transpose" Matrix: M <- M, None; 1 Square; "{d} = transpose({a})"
+    54 MScale "m-scale" Matrix: M <- S, M; 1 Square; "{d} = {a} * {b}"
+    55 Outer "outer" Matrix: M <- V, V; 1 Square; "{d} = outer({a}, {b})"
+    56 MatMul "mat-mul" Matrix: M <- M, M; 2 Cube; "{d} = {a} x {b}"
+    57 BroadcastRows "broadcast-rows" Matrix: M <- V, None; 1 Square; "{d} = rows({a})"
+    58 BroadcastColumns "broadcast-columns" Matrix: M <- V, None; 1 Square; "{d} = columns({a})"
+    59 MNorm "m-norm" Matrix: S <- M, None; 2 Square; "{d} = norm({a})"
+    60 MMean "m-mean" Matrix: S <- M, None; 1 Square; "{d} = mean({a})"
+    61 MStd "m-std" Matrix: S <- M, None; 4 Square; "{d} = std({a})"
+    62 MElement "m-element" Matrix: S <- MElement, None; 1 One; "{d} = {a}"
+
+    63 ReloadS "reload-s" Constants: S <- None, None; 1 One; "{d} = constant"
+    64 ReloadV "reload-v" Constants: V <- None, None; 1 Width; "{d} = constant"
+    65 ReloadM "reload-m" Constants: M <- None, None; 1 Square; "{d} = constant"
+
+    66 WriteS "write-s" TeamMemory: None <- S, None; 9 One; "scalar_memory_write({a})"
+    67 WriteV "write-v" TeamMemory: None <- V, None; 9 Width; "vector_memory_write({a})"
+    68 WriteM "write-m" TeamMemory: None <- M, None; 9 Square; "matrix_memory_write({a})"
+    69 ReadS "read-s" TeamMemory: S <- ScalarSlot, None; 1 One; "{d} = {a}"
+    70 ReadV "read-v" TeamMemory: S <- VectorSlot, VectorIndex; 1 One; "{d} = {a}[{b}]"
+    71 ReadM "read-m" TeamMemory: S <- MatrixSlot, MatrixIndex; 1 One; "{d} = {a}[{b}]"
+    72 ReadWholeV "read-whole-v" WholeReads: V <- VectorSlot, None; 1 Width; "{d} = {a}"
+    73 ReadWholeM "read-whole-m" WholeReads: M <- MatrixSlot, None; 1 Square; "{d} = {a}"
+
+    74 ClassicAdd "classic-add" Classic: SUpdate <- S, None; 1 One; "{d} = {d} + {a}"
+    75 ClassicSub "classic-sub" Classic: SUpdate <- S, None; 1 One; "{d} = {d} - {a}"
+    76 ClassicMult "classic-mult" Classic: SUpdate <- None, None; 1 One; "{d} = {d} * 2"
+    77 ClassicDiv "classic-div" Classic: SUpdate <- None, None; 1 One; "{d} = {d} / 2"
+    78 ClassicNeg "classic-neg" Classic: SUpdate <- S, None; 1 One; "if {d} < {a}: {d} = -{d}"
+    79 ClassicCos "classic-cos" Classic: S <- S, None; 24 One; "{d} = cos({a})"
+    80 ClassicLog "classic-log" Classic: SUpdate <- S, None; 24 One; "if {a} > 0: {d} = log({a})"
+    81 ClassicExp "classic-exp" Classic: S <- S, None; 24 One; "{d} = exp({a})"
+    82 MemRead "mem-read" Classic: S <- Cell, None; 1 One; "{d} = {a}"
+    83 MemWrite "mem-write" Classic: None <- None, None; 8 Cells; "memory_write(s0..s7)"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_dense_and_names_unique() {
+        for (code, op) in Op::ALL.iter().enumerate() {
+            assert_eq!(Op::from_code(code as u8), Some(*op));
+            assert_eq!(*op as usize, code);
+            let same = Op::ALL.iter().filter(|o| o.mnemonic() == op.mnemonic());
+            assert_eq!(same.count(), 1, "{}", op.mnemonic());
+        }
+        assert_eq!(Op::from_code(Op::ALL.len() as u8), None);
+    }
+
+    #[test]
+    fn notation_names_exactly_the_operands() {
+        for op in Op::ALL {
+            let [a, b] = op.operands();
+            let text = op.notation();
+            assert_eq!(text.contains("{a}"), a != Operand::None, "{op:?}");
+            assert_eq!(text.contains("{b}"), b != Operand::None, "{op:?}");
+            assert_eq!(
+                text.contains("{d}"),
+                op.destination() != Destination::None,
+                "{op:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Executes exported Tangled Program Graphs (TPG): no `std`, no heap, no `unsafe`.
+//!
+//! ```text
+//! bytes --Blob::decode--> Blob --Policy::verify--> Policy --Agent::new--> Agent --decide--> Action
+//! ```
+//!
+//! - [`blob`]: the file format; a [`Blob`] is a view whose checksum and lengths are right.
+//! - [`Policy`]: a blob whose every table was checked, with the [`Bounds`] of one decision.
+//! - [`Agent`]: a policy with its state, in arrays of constant capacity.
+//! - [`isa`]: the instruction table, from which names, encoding and costs derive.
+//! - [`math`]: what every operation means; the only place that computes with floats.
+//! - [`rng`]: seeds and random streams.
+//!
+//! A champion computes the same bits on every target: `docs/semantics.md` in the repository defines them.
+//! The crate has no features: nothing in it changes results.
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(
+    clippy::float_arithmetic,
+    clippy::indexing_slicing,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic
+)]
+#![cfg_attr(
+    test,
+    allow(
+        clippy::float_arithmetic,
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        reason = "tests may panic and compute"
+    )
+)]
+
+mod action;
+mod agent;
+pub mod blob;
+mod exec;
+mod frontend;
+pub mod isa;
+pub mod math;
+mod memory;
+pub mod rng;
+pub mod tables;
+mod verify;
+
+pub use action::Action;
+pub use agent::{
+    Agent, AnyWidth, CapacityError, Decision, Fixed, HostAgent, ObservationError, Reset, Width,
+};
+pub use blob::{Blob, Header};
+pub use verify::{Bounds, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};

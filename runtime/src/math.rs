@@ -1,0 +1,274 @@
+//! What every operation means: plain functions over numbers, and the only rule for non-finite results.
+//!
+//! This module and its child are the sole places in the crate where floats are computed with; a lint
+//! (`clippy::float_arithmetic`) denies it elsewhere. Order of operations is part of the definition,
+//! so that every target computes the same bits: no fused multiply-add, no reassociation.
+
+#![expect(
+    clippy::float_arithmetic,
+    reason = "this is the one place for arithmetic"
+)]
+
+mod trigonometry;
+
+pub use trigonometry::{acos, asin, cos, sin, tan};
+
+/// The number rule of the standard set: a non-finite result becomes +0.
+#[inline(always)]
+#[must_use]
+pub fn finite(x: f32) -> f32 {
+    if x.is_finite() { x } else { 0.0 }
+}
+
+/// The number rule of the classic set, as PyTPG's `nan_to_num`: NaN becomes +0, infinities ±`f32::MAX`.
+#[inline(always)]
+#[must_use]
+pub fn finite_classic(x: f32) -> f32 {
+    if x.is_nan() {
+        0.0
+    } else if x == f32::INFINITY {
+        f32::MAX
+    } else if x == f32::NEG_INFINITY {
+        f32::MIN
+    } else {
+        x
+    }
+}
+
+/// Limits a finite `x` to `low..=high`.
+#[inline(always)]
+#[must_use]
+pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
+macro_rules! unary {
+    ($($(#[$doc:meta])* $name:ident |$x:ident| $body:expr;)*) => {
+        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($x: f32) -> f32 { $body })*
+    };
+}
+
+macro_rules! binary {
+    ($($(#[$doc:meta])* $name:ident |$x:ident, $y:ident| $body:expr;)*) => {
+        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($x: f32, $y: f32) -> f32 { $body })*
+    };
+}
+
+binary! {
+    /// Sum.
+    add |x, y| finite(x + y);
+    /// Difference.
+    sub |x, y| finite(x - y);
+    /// Product.
+    mul |x, y| finite(x * y);
+    /// Quotient; 0 for a zero divisor.
+    div |x, y| finite(x / y);
+    /// The smaller; the second of equals.
+    min |x, y| if x < y { x } else { y };
+    /// The larger; the second of equals.
+    max |x, y| if x > y { x } else { y };
+    /// Power.
+    pow |x, y| finite(libm::powf(x, y));
+}
+
+unary! {
+    /// Magnitude: the sign bit cleared.
+    abs |x| f32::from_bits(x.to_bits() & 0x7fff_ffff);
+    /// Reciprocal; 0 for zero.
+    recip |x| finite(1.0 / x);
+    /// Square.
+    sqr |x| finite(x * x);
+    /// Cube, as (x·x)·x.
+    cube |x| finite((x * x) * x);
+    /// Square root; 0 for negative numbers.
+    sqrt |x| finite(libm::sqrtf(x));
+    /// Arc tangent.
+    atan |x| finite(libm::atanf(x));
+    /// Hyperbolic tangent.
+    tanh |x| finite(libm::tanhf(x));
+    /// Exponential; 0 where it overflows.
+    exp |x| finite(libm::expf(x));
+    /// Natural logarithm; 0 where it is undefined.
+    log |x| finite(libm::logf(x));
+    /// 1 for x ≥ 0 (−0 included), else 0.
+    heaviside |x| if x >= 0.0 { 1.0 } else { 0.0 };
+}
+
+/// The conditional: `if old < x { -y } else { old }` (thesis Algorithm 2, line 13).
+#[inline(always)]
+#[must_use]
+pub fn cond(old: f32, x: f32, y: f32) -> f32 {
+    if old < x { -y } else { old }
+}
+
+/// The classic set (thesis §2.5.4, as PyTPG defines it): `x` is the destination, `y` the source.
+pub mod classic {
+    use super::finite_classic;
+
+    binary! {
+        /// x + y.
+        add |x, y| finite_classic(x + y);
+        /// x − y.
+        sub |x, y| finite_classic(x - y);
+        /// −x if x < y, else x.
+        neg |x, y| if x < y { -x } else { x };
+        /// log y if y > 0, else x.
+        log |x, y| if y > 0.0 { finite_classic(libm::logf(y)) } else { x };
+    }
+
+    unary! {
+        /// 2·x.
+        mult |x| finite_classic(x * 2.0);
+        /// x / 2.
+        div |x| finite_classic(x / 2.0);
+        /// cos y.
+        cos |y| finite_classic(super::cos(y));
+        /// exp y.
+        exp |y| finite_classic(libm::expf(y));
+    }
+}
+
+/// Applies `f` to every element.
+#[inline(always)]
+#[must_use]
+pub fn map<const W: usize>(x: &[f32; W], f: impl Fn(f32) -> f32) -> [f32; W] {
+    let mut out = *x;
+    for value in &mut out {
+        *value = f(*value);
+    }
+    out
+}
+
+/// Applies `f` to every pair of elements.
+#[inline(always)]
+#[must_use]
+pub fn zip<const W: usize>(x: &[f32; W], y: &[f32; W], f: impl Fn(f32, f32) -> f32) -> [f32; W] {
+    let mut out = *x;
+    for (value, y) in out.iter_mut().zip(y) {
+        *value = f(*value, *y);
+    }
+    out
+}
+
+/// Sum of `f` over the elements in four partial sums: element k goes into sum k mod 4, all start
+/// from +0 and are joined as (p0 + p1) + (p2 + p3).
+#[inline(always)]
+fn sum(x: &[f32], f: impl Fn(f32) -> f32) -> f32 {
+    let mut partial = [0.0f32; 4];
+    let (quads, rest) = x.as_chunks::<4>();
+    for quad in quads {
+        for (p, x) in partial.iter_mut().zip(quad) {
+            *p += f(*x);
+        }
+    }
+    for (p, x) in partial.iter_mut().zip(rest) {
+        *p += f(*x);
+    }
+    join(partial)
+}
+
+#[inline(always)]
+fn join([p0, p1, p2, p3]: [f32; 4]) -> f32 {
+    (p0 + p1) + (p2 + p3)
+}
+
+/// Inner product, in the order of [`norm`]'s sum.
+#[inline(always)]
+#[must_use]
+pub fn dot<const W: usize>(x: &[f32; W], y: &[f32; W]) -> f32 {
+    finite(sum(&zip(x, y, |x, y| x * y), |x| x))
+}
+
+/// Euclidean norm of a vector, Frobenius norm of a matrix given row by row.
+#[inline(always)]
+#[must_use]
+pub fn norm(x: &[f32]) -> f32 {
+    finite(libm::sqrtf(sum(x, |x| x * x)))
+}
+
+/// Mean of the elements; 0 of none.
+#[inline(always)]
+#[must_use]
+pub fn mean(x: &[f32]) -> f32 {
+    finite(sum(x, |x| x) / x.len() as f32)
+}
+
+/// Population standard deviation in two passes; the mean of the first is subject to the number rule.
+#[inline(always)]
+#[must_use]
+pub fn std(x: &[f32]) -> f32 {
+    let m = mean(x);
+    finite(libm::sqrtf(sum(x, |x| (x - m) * (x - m)) / x.len() as f32))
+}
+
+/// Norm of every column.
+#[inline(always)]
+#[must_use]
+pub fn column_norm<const W: usize>(rows: &[[f32; W]; W]) -> [f32; W] {
+    let mut partial = [[0.0f32; W]; 4];
+    for quad in rows.chunks(4) {
+        for (p, row) in partial.iter_mut().zip(quad) {
+            for (p, x) in p.iter_mut().zip(row) {
+                *p += x * x;
+            }
+        }
+    }
+    let [p0, p1, p2, p3] = &partial;
+    let mut out = [0.0; W];
+    for ((((out, p0), p1), p2), p3) in out.iter_mut().zip(p0).zip(p1).zip(p2).zip(p3) {
+        *out = finite(libm::sqrtf(join([*p0, *p1, *p2, *p3])));
+    }
+    out
+}
+
+/// Matrix × vector: each element accumulates its row's products, k ascending from +0.
+#[inline(always)]
+#[must_use]
+pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
+    let mut out = [0.0; W];
+    for (out, row) in out.iter_mut().zip(rows) {
+        let mut sum = 0.0f32;
+        for (a, b) in row.iter().zip(x) {
+            sum += a * b;
+        }
+        *out = finite(sum);
+    }
+    out
+}
+
+/// Matrix × matrix: each element accumulates its products, k ascending from +0.
+#[inline(always)]
+#[must_use]
+pub fn mat_mul<const W: usize>(x: &[[f32; W]; W], y: &[[f32; W]; W]) -> [[f32; W]; W] {
+    let mut out = [[0.0; W]; W];
+    for (out, x_row) in out.iter_mut().zip(x) {
+        for (x, y_row) in x_row.iter().zip(y) {
+            for (out, y) in out.iter_mut().zip(y_row) {
+                *out += x * y;
+            }
+        }
+        *out = map(out, finite);
+    }
+    out
+}
+
+/// Transpose.
+#[inline(always)]
+#[must_use]
+pub fn transpose<const W: usize>(x: &[[f32; W]; W]) -> [[f32; W]; W] {
+    let mut out = [[0.0; W]; W];
+    for (r, row) in x.iter().enumerate() {
+        for (out, x) in out.iter_mut().zip(row) {
+            if let Some(cell) = out.get_mut(r) {
+                *cell = *x;
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,477 @@
+//! Records of the blob's tables and the borrowed view of them.
+//!
+//! Every record has a fixed width, is little-endian and is read in place, at any alignment.
+
+use crate::isa::{Op, REGISTERS, SLOTS};
+
+/// Number of a team in its policy; the root team is 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TeamId(pub u16);
+
+/// Number of a program in its policy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ProgramId(pub u16);
+
+/// Where a winning program leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// To the plant: the action index of a discrete task, 0 in a continuous one.
+    Atomic(u16),
+    /// To another team.
+    Team(TeamId),
+}
+
+impl Target {
+    const ATOMIC: u16 = 0x8000;
+    /// Largest team or action number that a target can name.
+    pub const MAX: u16 = Self::ATOMIC - 1;
+
+    const fn decode(word: u16) -> Self {
+        if word & Self::ATOMIC != 0 {
+            Target::Atomic(word & Self::MAX)
+        } else {
+            Target::Team(TeamId(word))
+        }
+    }
+
+    const fn encode(self) -> u16 {
+        match self {
+            Target::Atomic(action) => Self::ATOMIC | (action & Self::MAX),
+            Target::Team(TeamId(team)) => team & Self::MAX,
+        }
+    }
+}
+
+/// One of the three sections of a team's shared memory (thesis §3.4.2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Section {
+    /// Slots that hold one scalar.
+    Scalar = 0,
+    /// Slots that hold a vector.
+    Vector = 1,
+    /// Slots that hold a matrix.
+    Matrix = 2,
+}
+
+impl Section {
+    /// The sections in the order of their place in memory.
+    pub const ALL: [Section; 3] = [Section::Scalar, Section::Vector, Section::Matrix];
+
+    /// Words that one slot takes at vector width `width`.
+    #[must_use]
+    pub const fn slot_words(self, width: usize) -> usize {
+        match self {
+            Section::Scalar => 1,
+            Section::Vector => width,
+            Section::Matrix => width * width,
+        }
+    }
+}
+
+/// A team: its members, in order, and its shared memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Team {
+    /// First entry in the members table.
+    pub members_start: u32,
+    /// Number of members.
+    pub members_len: u16,
+    /// For each section, a bit for each slot that some member reads; the others are not kept.
+    pub slots: [u8; 3],
+    /// Names the team's random streams; kept by its clones.
+    pub stream_key: u32,
+    /// First word of the memory's evolved constants.
+    pub constants_start: u32,
+    /// First state word of the team's memory: kept scalar slots, then vectors, then matrices.
+    pub memory_start: u16,
+    /// First of the team's random streams: one for each section that keeps a slot.
+    pub streams_start: u16,
+}
+
+impl Team {
+    /// Bytes of one record.
+    pub const BYTES: usize = 24;
+
+    /// The record as stored.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; Self::BYTES] {
+        let [a0, a1, a2, a3] = self.members_start.to_le_bytes();
+        let [b0, b1] = self.members_len.to_le_bytes();
+        let [s0, s1, s2] = self.slots;
+        let [k0, k1, k2, k3] = self.stream_key.to_le_bytes();
+        let [c0, c1, c2, c3] = self.constants_start.to_le_bytes();
+        let [m0, m1] = self.memory_start.to_le_bytes();
+        let [r0, r1] = self.streams_start.to_le_bytes();
+        [
+            a0, a1, a2, a3, b0, b1, s0, s1, s2, 0, k0, k1, k2, k3, c0, c1, c2, c3, m0, m1, r0, r1,
+            0, 0,
+        ]
+    }
+
+    /// Reads a stored record.
+    #[inline(always)]
+    #[must_use]
+    pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let [
+            a0,
+            a1,
+            a2,
+            a3,
+            b0,
+            b1,
+            s0,
+            s1,
+            s2,
+            _,
+            k0,
+            k1,
+            k2,
+            k3,
+            c0,
+            c1,
+            c2,
+            c3,
+            m0,
+            m1,
+            r0,
+            r1,
+            _,
+            _,
+        ] = *bytes;
+        Team {
+            members_start: u32::from_le_bytes([a0, a1, a2, a3]),
+            members_len: u16::from_le_bytes([b0, b1]),
+            slots: [s0, s1, s2],
+            stream_key: u32::from_le_bytes([k0, k1, k2, k3]),
+            constants_start: u32::from_le_bytes([c0, c1, c2, c3]),
+            memory_start: u16::from_le_bytes([m0, m1]),
+            streams_start: u16::from_le_bytes([r0, r1]),
+        }
+    }
+
+    /// The bits of the slots that `section` keeps.
+    #[inline(always)]
+    #[must_use]
+    pub const fn kept(&self, section: Section) -> u8 {
+        let [scalar, vector, matrix] = self.slots;
+        match section {
+            Section::Scalar => scalar,
+            Section::Vector => vector,
+            Section::Matrix => matrix,
+        }
+    }
+
+    /// State words of the team's memory at vector width `width`.
+    #[must_use]
+    pub fn memory_words(&self, width: usize) -> usize {
+        Section::ALL
+            .iter()
+            .map(|s| self.kept(*s).count_ones() as usize * s.slot_words(width))
+            .sum()
+    }
+
+    /// Number of random streams that the team owns.
+    #[must_use]
+    pub fn streams(&self) -> usize {
+        self.slots.iter().filter(|kept| **kept != 0).count()
+    }
+
+    /// First state word of a slot, if the slot is kept.
+    #[inline]
+    #[must_use]
+    pub fn slot_start(&self, section: Section, slot: usize, width: usize) -> Option<usize> {
+        let kept = self.kept(section);
+        if slot >= SLOTS || kept & (1 << slot) == 0 {
+            return None;
+        }
+        let before = kept & ((1u8 << slot) - 1);
+        let sections_before: usize = Section::ALL
+            .iter()
+            .take(section as usize)
+            .map(|s| self.kept(*s).count_ones() as usize * s.slot_words(width))
+            .sum();
+        Some(
+            usize::from(self.memory_start)
+                + sections_before
+                + before.count_ones() as usize * section.slot_words(width),
+        )
+    }
+
+    /// The random stream of a section, if the section keeps a slot.
+    #[inline]
+    #[must_use]
+    pub fn stream(&self, section: Section) -> Option<usize> {
+        if self.kept(section) == 0 {
+            return None;
+        }
+        let before = self.slots.iter().take(section as usize);
+        Some(usize::from(self.streams_start) + before.filter(|kept| **kept != 0).count())
+    }
+}
+
+/// A program: its code, registers and action.
+///
+/// Its registers lie in the state from `state_start` on: scalars (the bid first), then vectors, then matrices.
+/// Its evolved constants lie in the same order from `constants_start` on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Program {
+    /// First instruction.
+    pub code_start: u32,
+    /// Number of instructions.
+    pub code_len: u16,
+    /// Where the program leads when it wins.
+    pub target: Target,
+    /// First word of its evolved constants.
+    pub constants_start: u32,
+    /// First state word of its registers.
+    pub state_start: u16,
+    /// First state word of its continuous action; `state_start` where it has none.
+    pub output: u16,
+    /// Number of scalar, vector and matrix registers kept, at most [`REGISTERS`] each.
+    pub registers: [u8; 3],
+}
+
+impl Program {
+    /// Bytes of one record.
+    pub const BYTES: usize = 20;
+
+    /// The record as stored.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; Self::BYTES] {
+        let [a0, a1, a2, a3] = self.code_start.to_le_bytes();
+        let [b0, b1] = self.code_len.to_le_bytes();
+        let [t0, t1] = self.target.encode().to_le_bytes();
+        let [c0, c1, c2, c3] = self.constants_start.to_le_bytes();
+        let [s0, s1] = self.state_start.to_le_bytes();
+        let [o0, o1] = self.output.to_le_bytes();
+        let [n0, n1, n2] = self.registers;
+        [
+            a0, a1, a2, a3, b0, b1, t0, t1, c0, c1, c2, c3, s0, s1, o0, o1, n0, n1, n2, 0,
+        ]
+    }
+
+    /// Reads a stored record.
+    #[inline(always)]
+    #[must_use]
+    pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let [
+            a0,
+            a1,
+            a2,
+            a3,
+            b0,
+            b1,
+            t0,
+            t1,
+            c0,
+            c1,
+            c2,
+            c3,
+            s0,
+            s1,
+            o0,
+            o1,
+            n0,
+            n1,
+            n2,
+            _,
+        ] = *bytes;
+        Program {
+            code_start: u32::from_le_bytes([a0, a1, a2, a3]),
+            code_len: u16::from_le_bytes([b0, b1]),
+            target: Target::decode(u16::from_le_bytes([t0, t1])),
+            constants_start: u32::from_le_bytes([c0, c1, c2, c3]),
+            state_start: u16::from_le_bytes([s0, s1]),
+            output: u16::from_le_bytes([o0, o1]),
+            registers: [n0, n1, n2],
+        }
+    }
+
+    /// State words of its registers at vector width `width`.
+    #[inline(always)]
+    #[must_use]
+    pub fn register_words(&self, width: usize) -> usize {
+        let [s, v, m] = self.registers.map(usize::from);
+        s + v * width + m * width * width
+    }
+
+    /// Whether no kind of register is kept more often than a program has it.
+    #[must_use]
+    pub fn registers_in_range(&self) -> bool {
+        self.registers.iter().all(|n| usize::from(*n) <= REGISTERS)
+    }
+}
+
+/// An instruction: operation and three fields, state offsets or slot and element numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Instruction {
+    /// What to do.
+    pub op: Op,
+    /// State offset of the destination; 0 where there is none.
+    pub d: u16,
+    /// First operand.
+    pub a: u16,
+    /// Second operand.
+    pub b: u16,
+}
+
+impl Instruction {
+    /// Bytes of one record.
+    pub const BYTES: usize = 8;
+
+    /// The record as stored.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; Self::BYTES] {
+        let [d0, d1] = self.d.to_le_bytes();
+        let [a0, a1] = self.a.to_le_bytes();
+        let [b0, b1] = self.b.to_le_bytes();
+        [self.op as u8, 0, d0, d1, a0, a1, b0, b1]
+    }
+
+    /// Reads a stored record; `None` where its code names no operation.
+    #[inline(always)]
+    #[must_use]
+    pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
+        let [code, _, d0, d1, a0, a1, b0, b1] = *bytes;
+        match Op::from_code(code) {
+            Some(op) => Some(Instruction {
+                op,
+                d: u16::from_le_bytes([d0, d1]),
+                a: u16::from_le_bytes([a0, a1]),
+                b: u16::from_le_bytes([b0, b1]),
+            }),
+            None => None,
+        }
+    }
+}
+
+/// The tables of a blob, borrowed from its bytes.
+#[derive(Debug, Clone, Copy)]
+pub struct Tables<'a> {
+    /// Teams; the first is the root.
+    pub teams: &'a [[u8; Team::BYTES]],
+    /// Program numbers, little-endian, that the teams list.
+    pub members: &'a [[u8; 2]],
+    /// Programs.
+    pub programs: &'a [[u8; Program::BYTES]],
+    /// Instructions of all programs.
+    pub code: &'a [[u8; Instruction::BYTES]],
+    /// Evolved constants, little-endian f32, of programs and teams.
+    pub constants: &'a [[u8; 4]],
+    /// Kept cells of indexed memory, ascending: row · 8 + column, little-endian.
+    pub cells: &'a [[u8; 2]],
+    /// Team memory and cells as the champion left them when it was scored; empty where not carried.
+    pub memory: &'a [[u8; 4]],
+    /// Standardisation and belief; empty where the policy has none.
+    pub front_end: &'a [u8],
+    /// A line `name<TAB>unit` for each input, then for each output.
+    pub labels: &'a str,
+    /// Name of the task that the policy was evolved for, with its version.
+    pub task: &'a str,
+    /// Observability wrappers that it was evolved under, joined by `+`.
+    pub observability: &'a str,
+}
+
+impl<'a> Tables<'a> {
+    /// A team's record.
+    #[inline(always)]
+    #[must_use]
+    pub fn team(&self, team_id: TeamId) -> Option<Team> {
+        self.teams.get(usize::from(team_id.0)).map(Team::from_bytes)
+    }
+
+    /// A program's record.
+    #[inline(always)]
+    #[must_use]
+    pub fn program(&self, program_id: ProgramId) -> Option<Program> {
+        self.programs
+            .get(usize::from(program_id.0))
+            .map(Program::from_bytes)
+    }
+
+    /// The team's programs, in order; empty if the record reaches past the table.
+    #[inline(always)]
+    pub fn members(&self, team: &Team) -> impl Iterator<Item = ProgramId> + 'a {
+        span(self.members, team.members_start, team.members_len)
+            .unwrap_or_default()
+            .iter()
+            .map(|bytes| ProgramId(u16::from_le_bytes(*bytes)))
+    }
+
+    /// The program's instructions as stored; empty if the record reaches past the table.
+    #[inline(always)]
+    #[must_use]
+    pub fn code(&self, program: &Program) -> &'a [[u8; Instruction::BYTES]] {
+        span(self.code, program.code_start, program.code_len).unwrap_or_default()
+    }
+}
+
+/// `len` entries of a table from `start`, if the table holds them.
+#[inline(always)]
+pub(crate) fn span<T>(table: &[T], start: u32, len: u16) -> Option<&[T]> {
+    let start = usize::try_from(start).ok()?;
+    table.get(start..)?.get(..usize::from(len))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_survive_their_bytes() {
+        let team = Team {
+            members_start: 0x0102_0304,
+            members_len: 0x0506,
+            slots: [7, 8, 9],
+            stream_key: 0x0a0b_0c0d,
+            constants_start: 0x1112_1314,
+            memory_start: 0x1516,
+            streams_start: 0x1718,
+        };
+        assert_eq!(Team::from_bytes(&team.to_bytes()), team);
+        for target in [Target::Atomic(3), Target::Team(TeamId(0x7fff))] {
+            let program = Program {
+                code_start: 0x0102_0304,
+                code_len: 0x0506,
+                target,
+                constants_start: 0x0708_090a,
+                state_start: 0x0b0c,
+                output: 0x0d0e,
+                registers: [1, 2, 3],
+            };
+            assert_eq!(Program::from_bytes(&program.to_bytes()), program);
+        }
+        for op in Op::ALL {
+            let instruction = Instruction {
+                op: *op,
+                d: 0x0102,
+                a: 0x0304,
+                b: 0x0506,
+            };
+            assert_eq!(
+                Instruction::from_bytes(&instruction.to_bytes()),
+                Some(instruction)
+            );
+        }
+    }
+
+    #[test]
+    fn slots_are_packed_section_after_section() {
+        let team = Team {
+            slots: [0b1000_0001, 0, 0b0000_0110],
+            memory_start: 100,
+            streams_start: 5,
+            ..Team::default()
+        };
+        assert_eq!(team.memory_words(3), 2 + 2 * 9);
+        assert_eq!(team.slot_start(Section::Scalar, 7, 3), Some(101));
+        assert_eq!(team.slot_start(Section::Scalar, 1, 3), None);
+        assert_eq!(team.slot_start(Section::Vector, 0, 3), None);
+        assert_eq!(team.slot_start(Section::Matrix, 2, 3), Some(111));
+        assert_eq!(team.slot_start(Section::Matrix, 8, 3), None);
+        assert_eq!(
+            Section::ALL.map(|s| team.stream(s)),
+            [Some(5), None, Some(6)]
+        );
+    }
+}

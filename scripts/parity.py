@@ -1,0 +1,103 @@
+"""Writes trajectories of Gymnasium's environments, for tests/tests/parity.rs to replay.
+
+usage: parity.py FOLDER STEPS [EPISODE]
+
+One file of JSON lines for each task version, at least STEPS control steps in it, episodes of at most EPISODE steps.
+Odd seeds go on past the end of the episode, where Gymnasium's unwrapped environments still move: states that no
+short random episode reaches. Observations are rounded once to f32, as the tasks do; all else is exact.
+
+The golden subset was written by: parity.py tests/golden/parity 320 80
+"""
+
+import json
+import pathlib
+import sys
+
+import gymnasium
+import mujoco
+import numpy as np
+
+gymnasium.logger.min_level = gymnasium.logger.ERROR
+PINNED = {"gymnasium": (gymnasium.__version__, "1.4.0"), "mujoco": (mujoco.__version__, "3.17.0")}
+
+
+def short(values):
+    """Rounds to f32 and writes the shortest digits that read back as it."""
+    return [float(str(x)) for x in np.asarray(values, dtype=np.float64).astype(np.float32)]
+
+
+def robot(name, seed, limit):
+    """One episode under actions drawn past the range and clipped, so that the limits occur."""
+    env = gymnasium.make(name).unwrapped
+    observation, _ = env.reset(seed=seed)
+    rng = np.random.default_rng(seed)
+    data = env.data
+    line = {"seed": seed, "qpos": data.qpos.tolist(), "qvel": data.qvel.tolist(), "start": short(observation)}
+    line |= {"actions": [], "observations": [], "rewards": [], "terminated": []}
+    for _ in range(limit):
+        action = rng.uniform(-1.2, 1.2, env.model.nu).astype(np.float32).clip(-1, 1)
+        observation, reward, terminated, _, _ = env.step(action)
+        line["actions"].append(short(action))
+        line["observations"].append(short(observation))
+        line["rewards"].append(float(reward))
+        line["terminated"].append(bool(terminated))
+        if terminated and seed % 2 == 0:
+            break
+    return line
+
+
+def cartpole(name, seed, limit):
+    """One episode of a balancer, clumsy on even seeds and blind on odd ones.
+
+    Each step comes with its state, since an open loop would multiply any rounding error until nothing is left of it.
+    """
+    clumsiness = 0.2 if seed % 2 == 0 else 1.0
+    env = gymnasium.make(name).unwrapped
+    observation, _ = env.reset(seed=seed)
+    rng = np.random.default_rng(seed)
+    line = {"seed": seed, "states": [env.state.tolist()], "start": short(observation)}
+    line |= {"actions": [], "observations": [], "rewards": [], "terminated": []}
+    for _ in range(limit):
+        _, v, angle, omega = env.state
+        push = int(angle + 0.5 * omega + 0.05 * v > 0) if rng.random() > clumsiness else int(rng.integers(2))
+        observation, reward, terminated, _, _ = env.step(push)
+        line["states"].append(env.state.tolist())
+        line["actions"].append(push)
+        line["observations"].append(short(observation))
+        line["rewards"].append(float(reward))
+        line["terminated"].append(bool(terminated))
+        if terminated:
+            break
+    return line
+
+
+TASKS = {
+    "cartpole-v1": (cartpole, "CartPole-v1"),
+    "inverted-double-pendulum-v4": (robot, "InvertedDoublePendulum-v4"),
+    "inverted-double-pendulum-v5": (robot, "InvertedDoublePendulum-v5"),
+    "hopper-v4": (robot, "Hopper-v4"),
+    "hopper-v5": (robot, "Hopper-v5"),
+}
+
+
+def main():
+    if len(sys.argv) not in (3, 4):
+        sys.exit(__doc__)
+    for package, (found, pinned) in PINNED.items():
+        if found != pinned:
+            sys.exit(f"parity.py: {package} is {found}, not {pinned}: run scripts/parity, which installs it")
+    folder, least = pathlib.Path(sys.argv[1]), int(sys.argv[2])
+    limit = int(sys.argv[3]) if len(sys.argv) == 4 else 1000
+    folder.mkdir(parents=True, exist_ok=True)
+    for task, (play, name) in TASKS.items():
+        steps = seed = 0
+        with open(folder / f"{task}.jsonl", "w", encoding="ascii") as file:
+            while steps < least:
+                line = play(name, seed, limit)
+                file.write(json.dumps(line, separators=(",", ":")) + "\n")
+                steps += len(line["rewards"])
+                seed += 1
+        print(f"{task}: {steps} steps in {seed} episodes", file=sys.stderr)
+
+
+main()

@@ -1,0 +1,35 @@
+//! Arguments that the bridge's programs share.
+
+use std::time::Duration;
+
+use crate::link::RunName;
+
+/// How long to wait for the other process.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct TimeoutArgs {
+    /// Deadline of every wait for the other process, in milliseconds.
+    #[arg(long, value_name = "N", default_value_t = 5_000, value_parser = clap::value_parser!(u64).range(1..=86_400_000))]
+    pub timeout_ms: u64,
+}
+
+impl TimeoutArgs {
+    /// The deadline.
+    #[must_use]
+    pub const fn timeout(self) -> Duration {
+        Duration::from_millis(self.timeout_ms)
+    }
+}
+
+/// Which run to join, and how.
+#[derive(Debug, Clone, clap::Args)]
+pub struct LinkArgs {
+    /// Name of the run; plant and controller find each other by it.
+    #[arg(long, value_name = "NAME")]
+    pub run: RunName,
+    /// How long to wait.
+    #[command(flatten)]
+    pub timeout: TimeoutArgs,
+    /// Say nothing on standard error but errors.
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,144 @@
+//! The controller's side: answers what the plant asks, on the runtime alone.
+
+use std::time::Duration;
+
+use tpg_runtime::{Action, HostAgent, Policy, Reset};
+
+use crate::contract::Contract;
+use crate::error::BridgeError;
+use crate::link::{Link, RunName};
+use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
+
+/// An agent at the other end of a link.
+#[derive(Debug)]
+pub struct Server<'p> {
+    agent: Box<HostAgent<'p>>,
+    link: Link<ActionMessage, ObservationMessage>,
+}
+
+impl<'p> Server<'p> {
+    /// Loads a policy, read from the bytes `blob`, and waits for the plant of a run.
+    ///
+    /// # Errors
+    /// [`BridgeError::Capacity`] or [`BridgeError::TooLarge`] if the policy does not fit, else those of
+    /// [`Link::connect`].
+    pub fn connect(
+        policy: Policy<'p>,
+        blob: &[u8],
+        run: &RunName,
+        timeout: Duration,
+    ) -> Result<Self, BridgeError> {
+        let contract = Contract::new(&policy, blob)?;
+        let agent = Box::new(HostAgent::new(policy)?);
+        let link = Link::connect(run, &contract, timeout)?;
+        Ok(Server { agent, link })
+    }
+
+    /// Process number of the plant.
+    #[must_use]
+    pub const fn plant_pid(&self) -> u32 {
+        self.link.peer_pid()
+    }
+
+    /// Answers until the plant ends the loop.
+    ///
+    /// # Errors
+    /// Those of [`Link::receive`] and [`Link::send`], and [`BridgeError::Nonsense`] or
+    /// [`BridgeError::OutOfStep`] for a request that was refused.
+    pub fn serve(&mut self) -> Result<(), BridgeError> {
+        let mut reply = ActionMessage::empty();
+        loop {
+            let request = self.link.receive()?;
+            let due = reply.seq.wrapping_add(1);
+            let answered = answer(&mut self.agent, due, &request, &mut reply);
+            self.link.send(&reply)?;
+            if answered? == Next::End {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// What follows an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Next {
+    GoOn,
+    End,
+}
+
+/// Writes the reply to a request; nothing in the request is trusted.
+fn answer(
+    agent: &mut HostAgent<'_>,
+    due: u64,
+    request: &ObservationMessage,
+    reply: &mut ActionMessage,
+) -> Result<Next, BridgeError> {
+    let peer = Role::Plant;
+    reply.seq = request.seq;
+    reply.refusal = 0;
+    reply.len = 0;
+    if request.seq != due {
+        refuse(reply, Refusal::Sequence, request.seq as u32);
+        return Err(BridgeError::OutOfStep {
+            peer,
+            expected: due,
+            got: request.seq,
+        });
+    }
+    let nonsense = |what, got: u32| {
+        let got = got.to_string();
+        Err(BridgeError::Nonsense { peer, what, got })
+    };
+    let (kind, next) = match Request::from_code(request.kind) {
+        None => {
+            refuse(reply, Refusal::Kind, request.kind);
+            return nonsense("kind of request", request.kind);
+        }
+        Some(Request::ResetAgent) => {
+            agent.reset(Reset::Agent, request.agent_seed);
+            (Response::Ready, Next::GoOn)
+        }
+        Some(Request::ResetEpisode) => {
+            agent.reset(Reset::Episode, request.agent_seed);
+            (Response::Ready, Next::GoOn)
+        }
+        Some(Request::Shutdown) => (Response::Ready, Next::End),
+        Some(Request::Observe) => {
+            let observation = usize::try_from(request.len)
+                .ok()
+                .and_then(|len| request.values.get(..len));
+            let decision = observation.and_then(|o| agent.decide(o).ok());
+            let Some(decision) = decision else {
+                refuse(reply, Refusal::Length, request.len);
+                return nonsense("length of observation", request.len);
+            };
+            reply.instructions = decision.instructions;
+            (write_action(reply, decision.action), Next::GoOn)
+        }
+    };
+    reply.kind = kind.code();
+    Ok(next)
+}
+
+fn write_action(reply: &mut ActionMessage, action: Action<'_>) -> Response {
+    match action {
+        Action::Discrete(index) => {
+            reply.index = u32::from(index);
+            Response::Discrete
+        }
+        Action::Continuous(values) => {
+            // The contract has checked that all of them fit.
+            for (place, value) in reply.values.iter_mut().zip(values) {
+                *place = *value;
+            }
+            reply.len = values.len() as u32;
+            Response::Continuous
+        }
+    }
+}
+
+fn refuse(reply: &mut ActionMessage, refusal: Refusal, detail: u32) {
+    reply.kind = Response::Refused.code();
+    reply.refusal = refusal.code();
+    reply.detail = detail;
+}

@@ -1,0 +1,191 @@
+//! What can go wrong between two processes.
+
+use std::error::Error;
+
+use crate::message::Role;
+
+/// Why a loop could not be joined, or broke off.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BridgeError {
+    /// The name of a run cannot be used.
+    #[error(
+        "{name:?} is no name of a run: use 1 to 64 letters, digits, hyphens, underscores or dots"
+    )]
+    RunName {
+        /// The name.
+        name: String,
+    },
+    /// The policy has more inputs or outputs than a message holds.
+    #[error("policy has {got} {what}, a message of the bridge holds at most {limit}")]
+    TooLarge {
+        /// Inputs or outputs.
+        what: &'static str,
+        /// What the policy has.
+        got: usize,
+        /// What fits.
+        limit: usize,
+    },
+    /// The policy needs more state than the controller has.
+    #[error("controller cannot hold the policy")]
+    Capacity(#[from] tpg_runtime::CapacityError),
+    /// The shared memory of this machine is too small or not accessible.
+    #[error("no {needed} bytes of shared memory to be had in {place}: free some, or enlarge it")]
+    NoSpace {
+        /// Where the shared memory lies.
+        place: &'static str,
+        /// Bytes that are needed.
+        needed: usize,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// iceoryx2 failed.
+    #[error("shared memory failed to {action}")]
+    Transport {
+        /// What it was to do.
+        action: &'static str,
+        /// What it said.
+        source: Box<dyn Error + Send + Sync>,
+    },
+    /// There is such a process in this run already.
+    #[error("run {run} has a {role} already: choose another --run, or end that process")]
+    Taken {
+        /// The run.
+        run: String,
+        /// Which process.
+        role: Role,
+    },
+    /// The other process did not appear.
+    #[error(
+        "no {peer} joined run {run} within {waited_ms} ms: start `tpg-{peer} FILE.tpg --run {run}`, or check --run"
+    )]
+    NotConnected {
+        /// Who was waited for.
+        peer: Role,
+        /// The run.
+        run: String,
+        /// For how long.
+        waited_ms: u128,
+    },
+    /// The other process exchanges other messages, or is none of ours.
+    #[error(
+        "{peer} of run {run} is foreign: its messages are not ours; use programs of one and the same build"
+    )]
+    Foreign {
+        /// Who.
+        peer: Role,
+        /// The run.
+        run: String,
+        /// What iceoryx2 said.
+        source: Box<dyn Error + Send + Sync>,
+    },
+    /// The other process runs another policy or build.
+    #[error("{peer} of run {run} does not match: {difference}; {advice}")]
+    Mismatch {
+        /// Who.
+        peer: Role,
+        /// The run.
+        run: String,
+        /// What differs, with both values.
+        difference: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The other process died without a word.
+    #[error("{peer} died (process {pid}): it was killed or crashed")]
+    Died {
+        /// Who.
+        peer: Role,
+        /// Its process.
+        pid: u32,
+    },
+    /// The other process has left the loop.
+    #[error("{peer} is gone (process {pid}): it ended before the loop did, see its own message")]
+    Left {
+        /// Who.
+        peer: Role,
+        /// Its process.
+        pid: u32,
+    },
+    /// The other process lives but does not answer.
+    #[error("{peer} is alive but silent for {waited_ms} ms (process {pid}): stopped or stalled?")]
+    Silent {
+        /// Who.
+        peer: Role,
+        /// Its process.
+        pid: u32,
+        /// For how long.
+        waited_ms: u128,
+    },
+    /// A message has another number than lock-step asks for.
+    #[error("{peer} is out of step: message {expected} was due, message {got} came")]
+    OutOfStep {
+        /// Who.
+        peer: Role,
+        /// The number that was due.
+        expected: u64,
+        /// The number that came.
+        got: u64,
+    },
+    /// A message makes no sense.
+    #[error("{peer} sent nonsense: {what} is {got}")]
+    Nonsense {
+        /// Who.
+        peer: Role,
+        /// Which field.
+        what: &'static str,
+        /// Its value.
+        got: String,
+    },
+    /// The controller refused a request.
+    #[error(
+        "{peer} refused the request: {what} {got} is not what its policy or lock-step asks for"
+    )]
+    Refused {
+        /// Who.
+        peer: Role,
+        /// What it refused.
+        what: &'static str,
+        /// The value that it names.
+        got: u32,
+    },
+    /// The process cannot be told when the user asks to stop.
+    #[error("cannot watch for Ctrl-C")]
+    Signals(#[from] ctrlc::Error),
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl BridgeError {
+    /// Wraps what iceoryx2 said.
+    pub(crate) fn transport<E: Into<Box<dyn Error + Send + Sync>>>(
+        action: &'static str,
+    ) -> impl Fn(E) -> BridgeError {
+        move |source| BridgeError::Transport {
+            action,
+            source: source.into(),
+        }
+    }
+
+    /// The exit status of a process that ends with this error.
+    #[must_use]
+    pub const fn status(&self) -> u8 {
+        match self {
+            Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => 1,
+            Self::RunName { .. } => 2,
+            Self::TooLarge { .. } | Self::Capacity(_) => 3,
+            Self::Taken { .. }
+            | Self::NotConnected { .. }
+            | Self::Foreign { .. }
+            | Self::Mismatch { .. }
+            | Self::Died { .. }
+            | Self::Left { .. }
+            | Self::Silent { .. }
+            | Self::OutOfStep { .. }
+            | Self::Nonsense { .. }
+            | Self::Refused { .. } => 4,
+            Self::Interrupted => 130,
+        }
+    }
+}

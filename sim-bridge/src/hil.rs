@@ -1,0 +1,201 @@
+//! `tpg hil`: both processes of a loop as children, watched until both have ended.
+
+use std::env;
+use std::ffi::OsString;
+use std::io::{self, Read as _, Write as _};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, anyhow};
+use clap::Parser;
+use tpg_trainer::cli::{Failure, ScoreArgs, Status};
+
+use crate::args::TimeoutArgs;
+use crate::domain;
+use crate::interrupt;
+use crate::link::RunName;
+use crate::outcome::{failure, status_of_code};
+
+/// Time between two looks at the children.
+const LOOK_INTERVAL: Duration = Duration::from_millis(5);
+/// Time that a child gets to end by itself after the other one has ended, or after Ctrl-C.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// Score a policy in another process than the simulator.
+///
+/// Starts tpg-plant and tpg-controller, which run the episodes of `tpg eval` in lock-step over shared memory,
+/// and reports what they returned and how long the round trips took.
+#[derive(Debug, Parser)]
+#[command(
+    name = "tpg-hil",
+    bin_name = "tpg hil",
+    version,
+    after_help = "Exit status: 0 done, 1 our fault, 2 usage, 3 bad policy, 4 simulator or controller failed, 130 interrupted.\n\n\
+                  Example:\n  tpg hil champion.tpg --episodes 5 --json"
+)]
+pub struct HilArgs {
+    /// What to score.
+    #[command(flatten)]
+    score: ScoreArgs,
+    /// How long to wait.
+    #[command(flatten)]
+    timeout: TimeoutArgs,
+}
+
+/// Runs the loop; `forwarded` are the arguments as they were given, which the plant understands too.
+///
+/// # Errors
+/// A [`Failure`] with the status of the process that failed first.
+pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
+    // Whatever is wrong with the arguments is found before anything is started.
+    let setup = args.score.resolve()?;
+    setup.arena()?;
+    interrupt::install().map_err(failure)?;
+    let run = RunName::unique().to_string();
+    let mut plant = Part::start("tpg-plant", |command| {
+        command
+            .args(["--run", &run, "--quiet"])
+            .args(forwarded)
+            .stdout(Stdio::piped());
+    })?;
+    let mut controller = Part::start("tpg-controller", |command| {
+        let timeout_ms = args.timeout.timeout_ms.to_string();
+        command
+            .args(["--run", &run, "--quiet", "--timeout-ms", &timeout_ms, "--"])
+            .arg(&setup.file)
+            .stdout(Stdio::null());
+    })?;
+    let output = plant.child.stdout.take();
+    // Read all along, so that the plant never waits for room in the pipe.
+    let reader = thread::spawn(move || {
+        let mut text = Vec::new();
+        output.map_or(Ok(0), |mut pipe| pipe.read_to_end(&mut text))?;
+        Ok::<_, io::Error>(text)
+    });
+    let watched = watch(&mut plant, &mut controller);
+    if plant.killed || controller.killed || watched.is_err() {
+        drop((plant, controller));
+        domain::sweep();
+    }
+    watched?;
+    let text = reader
+        .join()
+        .map_err(|_| anyhow!("reader of the plant's output panicked"))??;
+    io::stdout().write_all(&text)?;
+    Ok(())
+}
+
+/// A child process, which does not outlive this value.
+struct Part {
+    name: &'static str,
+    child: Child,
+    ended: Option<(ExitStatus, Instant)>,
+    killed: bool,
+}
+
+impl Part {
+    /// Starts a program that lies beside this one.
+    fn start(name: &'static str, prepare: impl FnOnce(&mut Command)) -> Result<Self, Failure> {
+        let path = sibling(name)?;
+        let mut command = Command::new(&path);
+        command.stdin(Stdio::null());
+        prepare(&mut command);
+        let child = command
+            .spawn()
+            .with_context(|| {
+                format!(
+                    "cannot start {}: it must lie beside tpg-hil",
+                    path.display()
+                )
+            })
+            .map_err(Failure::peer)?;
+        Ok(Part {
+            name,
+            child,
+            ended: None,
+            killed: false,
+        })
+    }
+
+    /// Looks whether the child has ended.
+    fn look(&mut self) -> io::Result<()> {
+        if self.ended.is_none() {
+            self.ended = self
+                .child
+                .try_wait()?
+                .map(|status| (status, Instant::now()));
+        }
+        Ok(())
+    }
+
+    fn kill(&mut self) -> io::Result<()> {
+        if self.ended.is_none() {
+            self.child.kill()?;
+            self.ended = Some((self.child.wait()?, Instant::now()));
+            self.killed = true;
+        }
+        Ok(())
+    }
+
+    /// Why the loop failed, if this child failed by itself.
+    fn failure(&self) -> Option<(Instant, Failure)> {
+        let (status, at) = self.ended.filter(|_| !self.killed)?;
+        if status.success() {
+            return None;
+        }
+        let code = status.code().and_then(|code| u8::try_from(code).ok());
+        let error = anyhow!(
+            "loop broke off: {} (process {}) ended with {status}",
+            self.name,
+            self.child.id()
+        );
+        let status = code.map_or(Status::Peer, status_of_code);
+        Some((at, Failure::new(status, error)))
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        // Nothing to be done about a child that cannot even be killed.
+        let _ = self.kill();
+    }
+}
+
+fn sibling(name: &str) -> io::Result<PathBuf> {
+    let file = format!("{name}{}", env::consts::EXE_SUFFIX);
+    Ok(env::current_exe()?.with_file_name(file))
+}
+
+/// Waits until both have ended; kills the one that does not follow the other in time.
+fn watch(plant: &mut Part, controller: &mut Part) -> Result<(), Failure> {
+    let mut stopping = None;
+    loop {
+        plant.look()?;
+        controller.look()?;
+        let ends = [&*plant, &*controller].map(|part| part.ended.map(|(_, at)| at));
+        if interrupt::requested() {
+            stopping.get_or_insert_with(Instant::now);
+        }
+        let since = match ends {
+            [Some(_), Some(_)] => break,
+            [one, other] => one.or(other).or(stopping),
+        };
+        if since.is_some_and(|since| since.elapsed() >= GRACE) {
+            plant.kill()?;
+            controller.kill()?;
+            break;
+        }
+        thread::sleep(LOOK_INTERVAL);
+    }
+    if interrupt::requested() {
+        return Err(Failure::new(Status::Interrupted, anyhow!("interrupted")));
+    }
+    let failures = [plant.failure(), controller.failure()];
+    match failures.into_iter().flatten().min_by_key(|(at, _)| *at) {
+        Some((_, failure)) => Err(failure),
+        None if plant.killed => Err(Failure::peer(anyhow!("loop broke off: tpg-plant stalled"))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,235 @@
+//! Small policies for tests: described by hand, laid out and encoded through the runtime's public types.
+
+use tpg_runtime::blob::{
+    self, ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, encoded_bound,
+};
+use tpg_runtime::isa::{Group, Op};
+use tpg_runtime::tables::{Instruction, Program, Section, Tables, Target, Team};
+use tpg_runtime::{Agent, AnyWidth, Header};
+
+/// An agent with room for every policy that the tests make.
+pub type TestAgent<'p> = Agent<'p, AnyWidth, 4096, 64, 32, 64>;
+
+/// A policy before its layout.
+#[derive(Debug, Clone)]
+pub struct Draft {
+    /// The header; sizes are filled in by [`Draft::encode`].
+    pub header: Header,
+    /// The teams, the root first.
+    pub teams: Vec<DraftTeam>,
+    /// The programs.
+    pub programs: Vec<DraftProgram>,
+    /// Kept cells of indexed memory.
+    pub cells: Vec<u16>,
+    /// Memory image, empty if none is carried.
+    pub image: Vec<f32>,
+}
+
+/// A team before its layout.
+#[derive(Debug, Clone, Default)]
+pub struct DraftTeam {
+    /// Its programs, in order.
+    pub members: Vec<u16>,
+    /// Kept slots of each section.
+    pub slots: [u8; 3],
+    /// Names its random streams.
+    pub stream_key: u32,
+    /// Initial values of the kept slots, in state order.
+    pub constants: Vec<f32>,
+}
+
+/// A program before its layout.
+#[derive(Debug, Clone)]
+pub struct DraftProgram {
+    /// Number of scalar, vector and matrix registers.
+    pub registers: [u8; 3],
+    /// Initial values of the registers, in state order.
+    pub constants: Vec<f32>,
+    /// Its instructions; offsets come from [`Draft::scalar`] and its siblings.
+    pub code: Vec<Instruction>,
+    /// Where it leads.
+    pub target: Target,
+    /// State offset of its continuous action, if it has one.
+    pub output: Option<u16>,
+}
+
+impl DraftProgram {
+    /// A program without code that always bids `bid` and keeps one more scalar register.
+    #[must_use]
+    pub fn bidding(bid: f32, target: Target) -> Self {
+        DraftProgram {
+            registers: [2, 0, 0],
+            constants: vec![bid, 0.0],
+            code: Vec::new(),
+            target,
+            output: None,
+        }
+    }
+}
+
+/// A stateless discrete policy of two actions, with every group and evolved constants.
+#[must_use]
+pub fn header(width: u16, observation_len: u16) -> Header {
+    Header {
+        body_bytes: 0,
+        words: 0,
+        programs: 0,
+        teams: 0,
+        streams: 0,
+        width,
+        observation_len,
+        window: observation_len.max(width * width),
+        actions: 2,
+        action_kind: ActionKind::Discrete,
+        register_mode: RegisterMode::Stateless,
+        initial_values: InitialValues::Evolved,
+        reset_scope: ResetScope::EveryDecision,
+        memory_model: MemoryModel::None,
+        groups: Group::ALL.iter().map(|g| g.bit()).sum(),
+        action_low: -1.0,
+        action_high: 1.0,
+        control_period_us: 20_000,
+        provenance: [7; 16],
+    }
+}
+
+/// Makes a header stateful, with registers and memory reset in every episode.
+pub fn make_stateful(header: &mut Header, memory_model: MemoryModel) {
+    header.register_mode = RegisterMode::Stateful;
+    header.reset_scope = ResetScope::PerEpisode;
+    header.memory_model = memory_model;
+}
+
+/// An instruction.
+#[must_use]
+pub const fn instruction(op: Op, d: u16, a: u16, b: u16) -> Instruction {
+    Instruction { op, d, a, b }
+}
+
+impl Draft {
+    /// State offset of scalar register `i` of a program.
+    #[must_use]
+    pub fn scalar(&self, program: usize, i: usize) -> u16 {
+        u16::try_from(self.state_start(program) + i).expect("small state")
+    }
+
+    /// State offset of vector register `i` of a program.
+    #[must_use]
+    pub fn vector(&self, program: usize, i: usize) -> u16 {
+        let [scalars, ..] = self.programs[program].registers.map(usize::from);
+        self.scalar(program, scalars + i * usize::from(self.header.width))
+    }
+
+    /// State offset of matrix register `i` of a program.
+    #[must_use]
+    pub fn matrix(&self, program: usize, i: usize) -> u16 {
+        let [_, vectors, _] = self.programs[program].registers.map(usize::from);
+        let width = usize::from(self.header.width);
+        self.vector(program, vectors + i * width)
+    }
+
+    /// First state word of the shared memory.
+    #[must_use]
+    pub fn memory_start(&self) -> usize {
+        self.state_start(self.programs.len())
+    }
+
+    fn state_start(&self, program: usize) -> usize {
+        let width = usize::from(self.header.width);
+        let words = |p: &DraftProgram| {
+            let [s, v, m] = p.registers.map(usize::from);
+            s + v * width + m * width * width
+        };
+        let before: usize = self.programs.iter().take(program).map(words).sum();
+        self.header.registers_start() + before
+    }
+
+    /// Lays the policy out and writes its blob.
+    ///
+    /// # Panics
+    /// If a table outgrows its fields: test policies are small.
+    #[must_use]
+    pub fn encode(&self) -> Vec<u8> {
+        let small = |n: usize| u16::try_from(n).expect("small policy");
+        let evolved = self.header.initial_values == InitialValues::Evolved;
+        let (mut constants, mut code, mut members) = (Vec::new(), Vec::new(), Vec::new());
+        let mut place = |values: &[f32]| {
+            let start = constants.len() as u32;
+            if evolved {
+                constants.extend(values.iter().map(|x| x.to_le_bytes()));
+                start
+            } else {
+                0
+            }
+        };
+        let mut programs = Vec::new();
+        for (number, program) in self.programs.iter().enumerate() {
+            let state_start = small(self.state_start(number));
+            let record = Program {
+                code_start: code.len() as u32,
+                code_len: small(program.code.len()),
+                target: program.target,
+                constants_start: place(&program.constants),
+                state_start,
+                output: program.output.unwrap_or(state_start),
+                registers: program.registers,
+            };
+            code.extend(program.code.iter().map(|i| i.to_bytes()));
+            programs.push(record.to_bytes());
+        }
+        let (mut teams, mut words, mut streams) = (Vec::new(), self.memory_start(), 0);
+        for team in &self.teams {
+            let record = Team {
+                members_start: members.len() as u32,
+                members_len: small(team.members.len()),
+                slots: team.slots,
+                stream_key: team.stream_key,
+                constants_start: place(&team.constants),
+                memory_start: small(words),
+                streams_start: small(streams),
+            };
+            members.extend(team.members.iter().map(|m| m.to_le_bytes()));
+            words += record.memory_words(usize::from(self.header.width));
+            streams += record.streams();
+            teams.push(record.to_bytes());
+        }
+        words += self.cells.len();
+        let header = Header {
+            words: words as u32,
+            programs: small(programs.len()),
+            teams: small(teams.len()),
+            streams: small(streams),
+            ..self.header
+        };
+        let cells: Vec<[u8; 2]> = self.cells.iter().map(|c| c.to_le_bytes()).collect();
+        let memory: Vec<[u8; 4]> = self.image.iter().map(|x| x.to_le_bytes()).collect();
+        let labels = "x\tm\n".repeat(usize::from(header.observation_len) + header.outputs());
+        let tables = Tables {
+            teams: &teams,
+            members: &members,
+            programs: &programs,
+            code: &code,
+            constants: &constants,
+            cells: &cells,
+            memory: &memory,
+            front_end: &[],
+            labels: &labels,
+            task: "test-v1",
+            observability: "none",
+        };
+        let mut bytes = vec![0; encoded_bound(&tables)];
+        let len = blob::encode(&header, &tables, &mut bytes).expect("the bound is enough");
+        bytes.truncate(len);
+        bytes
+    }
+}
+
+/// First word, counted from the start of a team's memory, of a slot; `None` if it is not kept.
+#[must_use]
+pub fn slot_offset(kept: [u8; 3], section: Section, slot: usize, width: usize) -> Option<usize> {
+    let team = Team {
+        slots: kept,
+        ..Team::default()
+    };
+    team.slot_start(section, slot, width)
+}

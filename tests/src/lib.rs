@@ -1,0 +1,4 @@
+//! Helpers.
+
+pub mod draft;
+pub mod ops;

@@ -1,0 +1,62 @@
+//! The verbs of `tpg`, one file each, and what they share.
+
+mod eval;
+mod failure;
+mod hil;
+mod inspect;
+mod presets;
+mod progress;
+mod run_folder;
+mod score;
+mod train;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub use failure::{Failure, Fault, Status};
+pub use score::{Report, ScoreArgs, Setup, print_json};
+
+/// Evolve Tangled Program Graphs, score them, run them in the loop.
+#[derive(Debug, Parser)]
+#[command(
+    name = "tpg",
+    version,
+    after_help = "Exit status: 0 fine, 1 our fault, 2 usage or configuration, 3 bad input file, \
+                  4 peer or simulator failed, 130 interrupted with a checkpoint.\n\n\
+                  A first run: tpg train cartpole-sr-sm --generations 20 --out runs/first"
+)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Evolve a population; writes champion, log, checkpoint and configuration to a folder.
+    Train(train::Args),
+    /// Score an exported policy on test episodes.
+    Eval(eval::Args),
+    /// Score a policy in the loop: simulator and controller as two processes.
+    Hil(hil::Args),
+    /// Say what an exported policy contains and needs.
+    Inspect(inspect::Args),
+    /// List the presets that `tpg train` knows.
+    Presets(presets::Args),
+}
+
+/// Parses the command line, runs the verb and returns the exit status.
+#[must_use]
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().verb {
+        Verb::Train(args) => train::run(args),
+        Verb::Eval(args) => eval::run(args),
+        Verb::Hil(args) => hil::run(&args),
+        Verb::Inspect(args) => inspect::run(&args),
+        Verb::Presets(args) => presets::run(&args),
+    };
+    match result {
+        Ok(status) => status.into(),
+        Err(failure) => failure.report(),
+    }
+}

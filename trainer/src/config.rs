@@ -1,0 +1,11 @@
+//! Configurations: defaults, preset, file and `--set`, in this order, into one checked value.
+
+mod blueprint;
+mod layers;
+mod preset;
+mod schema;
+
+pub use blueprint::Blueprint;
+pub use layers::{ConfigError, resolve};
+pub use preset::{Preset, presets};
+pub use schema::{Config, EvaluationConfig, PolicyConfig};

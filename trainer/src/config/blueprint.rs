@@ -1,0 +1,315 @@
+//! A configuration whose meaning has been checked, in the types that evolution and scoring use.
+
+use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::isa::Group;
+
+use super::layers::nearest;
+use super::{Config, ConfigError};
+use crate::eval::Arena;
+use crate::evolve::{EvolutionParams, Genes, Shape, SizeRange};
+use crate::lower::Contract;
+use crate::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
+
+/// Everything that a run needs to know, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blueprint {
+    /// What genes programs have.
+    pub genes: Genes,
+    /// What exported policies say of themselves.
+    pub contract: Contract,
+    /// What policies see.
+    pub observability: Vec<Observability>,
+    /// Training episodes of each new team.
+    pub episodes: u32,
+    /// Rates and sizes of evolution.
+    pub params: EvolutionParams,
+}
+
+impl Blueprint {
+    /// Checks what a configuration means.
+    ///
+    /// # Errors
+    /// [`ConfigError::Value`] names the key, its value and what would be right.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let task =
+            task::create(&config.task).map_err(|e| value("task", &config.task, e.to_string()))?;
+        let text = config.observability.join("+");
+        let text = if text.is_empty() { "none" } else { &text };
+        let observability =
+            task::parse_stack(text).map_err(|e| value("observability", text, e.to_string()))?;
+        let wrappers = Wrappers::new(&observability, task.spec())
+            .map_err(|e| value("observability", text, e.to_string()))?;
+        let spec = task.spec();
+        let policy = &config.policy;
+        let groups = groups(&policy.groups)?;
+        let contract = Contract {
+            task: spec.name.clone(),
+            observability: stack_text(&observability),
+            labels: labels(wrappers.inputs(), &spec.outputs, spec.actions),
+            shape: shape(policy.width, wrappers.inputs().len(), spec.actions)?,
+            control_period_us: spec.period_us,
+            register_mode: named(
+                "policy.register-mode",
+                &policy.register_mode,
+                RegisterMode::ALL,
+                RegisterMode::name,
+            )?,
+            initial_values: named(
+                "policy.initial-values",
+                &policy.initial_values,
+                InitialValues::ALL,
+                InitialValues::name,
+            )?,
+            reset_scope: named(
+                "policy.reset-scope",
+                &policy.reset_scope,
+                &[
+                    ResetScope::PerAgent,
+                    ResetScope::PerEpisode,
+                    ResetScope::EveryDecision,
+                ],
+                ResetScope::name,
+            )?,
+            memory_model: named("policy.memory", &policy.memory, MemoryModel::ALL, |v| {
+                v.name()
+            })?,
+        };
+        check_policy(&contract, &groups, config)?;
+        check_params(&config.evolution, config.evaluation.episodes)?;
+        Ok(Blueprint {
+            genes: Genes {
+                shape: contract.shape,
+                ops: Genes::ops_of(&groups),
+                constants: contract.initial_values == InitialValues::Evolved,
+                team_memory: contract.memory_model == MemoryModel::Team,
+            },
+            contract,
+            observability,
+            episodes: config.evaluation.episodes,
+            params: config.evolution,
+        })
+    }
+
+    /// A fresh instance of the task behind its wrappers.
+    ///
+    /// # Errors
+    /// [`ConfigError::Value`] if the task is not to be had any more.
+    pub fn arena(&self) -> Result<Arena, ConfigError> {
+        let name = &self.contract.task;
+        let task = task::create(name).map_err(|e| value("task", name, e.to_string()))?;
+        let wrappers = Wrappers::new(&self.observability, task.spec())
+            .map_err(|e| value("observability", &self.contract.observability, e.to_string()))?;
+        Ok(Arena::new(task, wrappers))
+    }
+}
+
+fn value(key: &'static str, value: &str, why: impl Into<String>) -> ConfigError {
+    ConfigError::Value {
+        key,
+        value: format!("{value:?}"),
+        why: why.into(),
+    }
+}
+
+/// The value of this name.
+fn named<T: Copy>(
+    key: &'static str,
+    name: &str,
+    all: &[T],
+    name_of: impl Fn(T) -> &'static str,
+) -> Result<T, ConfigError> {
+    all.iter()
+        .copied()
+        .find(|v| name_of(*v) == name)
+        .ok_or_else(|| {
+            let names: Vec<&str> = all.iter().map(|v| name_of(*v)).collect();
+            let suggestion = nearest(name, names.iter().copied());
+            let why = format!(
+                "not one of {}; did you mean {suggestion:?}?",
+                names.join(", ")
+            );
+            value(key, name, why)
+        })
+}
+
+/// Configuration name of an instruction group.
+fn group_name(group: Group) -> &'static str {
+    match group {
+        Group::Scalar => "scalar",
+        Group::Vector => "vector",
+        Group::Matrix => "matrix",
+        Group::Constants => "constants",
+        Group::TeamMemory => "team-memory",
+        Group::WholeReads => "whole-reads",
+        Group::Classic => "classic",
+    }
+}
+
+fn groups(names: &[String]) -> Result<Vec<Group>, ConfigError> {
+    if names.is_empty() {
+        return Err(value(
+            "policy.groups",
+            "[]",
+            "programs need at least one instruction group",
+        ));
+    }
+    names
+        .iter()
+        .map(|name| named("policy.groups", name, &Group::ALL, group_name))
+        .collect()
+}
+
+fn shape(width: u16, inputs: usize, actions: ActionSpace) -> Result<Shape, ConfigError> {
+    let outputs = match actions {
+        ActionSpace::Discrete(_) => 1,
+        ActionSpace::Continuous { len, .. } => len,
+    };
+    let inputs = u16::try_from(inputs).unwrap_or(u16::MAX);
+    let chosen = if width == 0 {
+        inputs.max(outputs)
+    } else {
+        width
+    };
+    if chosen < outputs || chosen > tpg_runtime::MAX_WIDTH {
+        let why = format!(
+            "the vector width must lie between the {outputs} outputs and {}",
+            tpg_runtime::MAX_WIDTH
+        );
+        return Err(value("policy.width", &chosen.to_string(), why));
+    }
+    Ok(Shape {
+        width: chosen,
+        inputs,
+        actions,
+    })
+}
+
+fn labels(inputs: &[Channel], outputs: &[Channel], actions: ActionSpace) -> String {
+    let outputs = match actions {
+        ActionSpace::Discrete(_) => &[],
+        ActionSpace::Continuous { .. } => outputs,
+    };
+    let lines = inputs.iter().chain(outputs);
+    lines.map(|c| format!("{}\t{}\n", c.name, c.unit)).collect()
+}
+
+/// Refuses combinations that no policy can have.
+fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Result<(), ConfigError> {
+    let stateless = contract.register_mode == RegisterMode::Stateless;
+    if stateless != (contract.reset_scope == ResetScope::EveryDecision) {
+        let why = "stateless registers go with every-decision, stateful ones with any other scope";
+        return Err(value("policy.reset-scope", &config.policy.reset_scope, why));
+    }
+    if stateless && contract.memory_model != MemoryModel::None {
+        return Err(value(
+            "policy.memory",
+            &config.policy.memory,
+            "stateless policies have no memory",
+        ));
+    }
+    let has = |group| groups.contains(&group);
+    let team = contract.memory_model == MemoryModel::Team;
+    if team != (has(Group::TeamMemory) || has(Group::WholeReads)) {
+        let why = "memory = \"team\" and the group team-memory go together";
+        return Err(value("policy.memory", &config.policy.memory, why));
+    }
+    if has(Group::Classic) != (contract.memory_model == MemoryModel::Indexed) {
+        let why = "memory = \"indexed\" and the group classic go together";
+        return Err(value("policy.memory", &config.policy.memory, why));
+    }
+    if has(Group::Constants) && contract.initial_values == InitialValues::Zero {
+        let why = "the group constants needs initial-values = \"evolved\"";
+        return Err(value(
+            "policy.initial-values",
+            &config.policy.initial_values,
+            why,
+        ));
+    }
+    Ok(())
+}
+
+fn check_params(params: &EvolutionParams, episodes: u32) -> Result<(), ConfigError> {
+    let positive = [
+        ("evaluation.episodes", episodes),
+        ("evolution.population", params.population),
+        ("evolution.children", params.children),
+        ("evolution.tournament", params.tournament),
+    ];
+    for (key, n) in positive {
+        if n == 0 {
+            return Err(value(key, "0", "must be at least 1"));
+        }
+    }
+    let (team, program, constants) = (&params.team, &params.program, &params.constants);
+    let rates = [
+        ("evolution.team.crossover", team.crossover),
+        ("evolution.team.inherit", team.inherit),
+        ("evolution.team.delete", team.delete),
+        ("evolution.team.add", team.add),
+        ("evolution.team.reorder", team.reorder),
+        ("evolution.program.change", program.change),
+        ("evolution.program.swap", program.swap),
+        ("evolution.program.delete", program.delete),
+        ("evolution.program.add", program.add),
+        ("evolution.program.action", program.action),
+        ("evolution.program.atomic", program.atomic),
+        ("evolution.program.offset", program.offset),
+        ("evolution.constants.mutate", constants.mutate),
+        ("evolution.constants.flip", constants.flip),
+    ];
+    for (key, rate) in rates {
+        if !(0.0..=1.0).contains(&rate) {
+            return Err(value(
+                key,
+                &rate.to_string(),
+                "a probability lies between 0 and 1",
+            ));
+        }
+    }
+    let (low, high) = (constants.factor_min, constants.factor_max);
+    if !(low.is_finite() && high.is_finite() && low <= high) {
+        let why = "factors must be finite, the smallest not above the largest";
+        return Err(value(
+            "evolution.constants.factor-min",
+            &low.to_string(),
+            why,
+        ));
+    }
+    check_size("evolution.team.size", team.size, 1000)?;
+    check_size("evolution.program.size", program.size, 60_000)
+}
+
+fn check_size(key: &'static str, size: SizeRange, limit: u32) -> Result<(), ConfigError> {
+    let SizeRange {
+        initial_min,
+        initial_max,
+        max,
+    } = size;
+    if initial_min == 0 || initial_min > initial_max || initial_max > max || max > limit {
+        let shown = format!("{initial_min}..{initial_max}, at most {max}");
+        let why = format!("1 <= initial-min <= initial-max <= max <= {limit} must hold");
+        return Err(value(key, &shown, why));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{presets, resolve};
+
+    #[test]
+    fn every_preset_makes_sense() {
+        for preset in presets().expect("well-formed") {
+            let config = resolve(&preset, None, &[]).expect("complete");
+            match Blueprint::new(&config) {
+                Ok(blueprint) => assert_eq!(blueprint.contract.observability, preset.observability),
+                // Without MuJoCo its tasks are known but cannot be made.
+                Err(e) => assert!(
+                    cfg!(not(feature = "mujoco")) && preset.task != "cartpole",
+                    "{e}"
+                ),
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Merging layers of TOML, with suggestions for keys that do not exist.
+
+use toml::{Table, Value};
+
+use super::preset::DEFAULTS;
+use super::{Config, Preset};
+
+/// Why there is no configuration.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// No preset has this name.
+    #[error("no preset is called {name:?}; did you mean {suggestion:?}? `tpg presets` lists all")]
+    UnknownPreset {
+        /// The name that was given.
+        name: String,
+        /// The nearest name that exists.
+        suggestion: String,
+    },
+    /// No such key.
+    #[error("no key is called {key:?}; did you mean {suggestion:?}?")]
+    UnknownKey {
+        /// The key that was given.
+        key: String,
+        /// The nearest key that exists.
+        suggestion: String,
+    },
+    /// A `--set` without `=`.
+    #[error("{text:?} is no key=value, such as evolution.population=200")]
+    NotAnAssignment {
+        /// What was given.
+        text: String,
+    },
+    /// A file is no TOML, or a value is of the wrong type.
+    #[error("{0}")]
+    Toml(String),
+    /// A value is of the right type but makes no sense.
+    #[error("{key} = {value}: {why}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: String,
+        /// What is wrong with it, and what would be right.
+        why: String,
+    },
+}
+
+impl From<toml::de::Error> for ConfigError {
+    fn from(error: toml::de::Error) -> Self {
+        ConfigError::Toml(error.to_string().trim_end().replace('\n', "; "))
+    }
+}
+
+/// Merges a preset with a file's text and with `key=value` settings.
+///
+/// # Errors
+/// [`ConfigError`] for unknown keys and values of the wrong type; [`super::Blueprint`] checks what they mean.
+pub fn resolve(
+    preset: &Preset,
+    file: Option<&str>,
+    sets: &[String],
+) -> Result<Config, ConfigError> {
+    let mut table = parse(DEFAULTS)?;
+    for layer in &preset.layers {
+        merge(&mut table, layer, "")?;
+    }
+    if let Some(text) = file {
+        merge(&mut table, &parse(text)?, "")?;
+    }
+    for set in sets {
+        merge(&mut table, &assignment(set)?, "")?;
+    }
+    Ok(Config::try_from(Value::Table(table))?)
+}
+
+impl TryFrom<Value> for Config {
+    type Error = toml::de::Error;
+
+    fn try_from(value: Value) -> Result<Self, Self::Error> {
+        value.try_into()
+    }
+}
+
+pub(super) fn parse(text: &str) -> Result<Table, ConfigError> {
+    Ok(text.parse::<Table>()?)
+}
+
+/// `a.b=value` as a table; a value that is no TOML is taken as text.
+fn assignment(text: &str) -> Result<Table, ConfigError> {
+    let not_an_assignment = || ConfigError::NotAnAssignment { text: text.into() };
+    let (key, value) = text.split_once('=').ok_or_else(not_an_assignment)?;
+    let (key, value) = (key.trim(), value.trim());
+    if key.is_empty() {
+        return Err(not_an_assignment());
+    }
+    let as_toml = format!("value = {value}").parse::<Table>();
+    let parsed = as_toml.ok().and_then(|mut t| t.remove("value"));
+    let mut value = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
+    for part in key.rsplit('.') {
+        value = Value::Table(Table::from_iter([(part.to_owned(), value)]));
+    }
+    match value {
+        Value::Table(table) => Ok(table),
+        _ => Err(not_an_assignment()),
+    }
+}
+
+/// Overrides values of `base`, in which every key exists already.
+fn merge(base: &mut Table, layer: &Table, path: &str) -> Result<(), ConfigError> {
+    for (key, value) in layer {
+        let full = if path.is_empty() {
+            key.clone()
+        } else {
+            format!("{path}.{key}")
+        };
+        match (base.get_mut(key), value) {
+            (Some(Value::Table(inner)), Value::Table(layer)) => merge(inner, layer, &full)?,
+            (Some(place), value) => *place = value.clone(),
+            (None, _) => {
+                let root = parse(DEFAULTS)?;
+                let keys = keys(&root, "");
+                return Err(ConfigError::UnknownKey {
+                    suggestion: nearest(&full, keys.iter().map(String::as_str)),
+                    key: full,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn keys(table: &Table, path: &str) -> Vec<String> {
+    let mut all = Vec::new();
+    for (key, value) in table {
+        let full = if path.is_empty() {
+            key.clone()
+        } else {
+            format!("{path}.{key}")
+        };
+        match value {
+            Value::Table(inner) => all.extend(keys(inner, &full)),
+            _ => all.push(full),
+        }
+    }
+    all
+}
+
+/// The candidate that is spelled most like `name`; empty without candidates.
+pub(super) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+    candidates
+        .map(|c| (strsim::jaro_winkler(name, c), c))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or_else(String::new, |(_, c)| c.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(sets: &[&str]) -> Result<Config, ConfigError> {
+        let preset = Preset::find("cartpole-sr-sm").expect("exists");
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        resolve(&preset, None, &sets)
+    }
+
+    #[test]
+    fn settings_override_presets_which_override_defaults() {
+        let config = set(&["evolution.population=7", "policy.memory=none"]).expect("valid");
+        assert_eq!(config.evolution.population, 7);
+        assert_eq!(config.evolution.children, 180, "the task's");
+        assert_eq!(config.evolution.tournament, 3, "the default");
+        assert_eq!(config.policy.memory, "none", "text needs no quotes");
+    }
+
+    #[test]
+    fn unknown_keys_are_errors_with_a_suggestion() {
+        let message = set(&["evolution.populaton=7"])
+            .expect_err("no such key")
+            .to_string();
+        assert!(message.contains("evolution.population"), "{message}");
+        let message = set(&["nonsense"]).expect_err("no assignment").to_string();
+        assert!(message.contains("key=value"), "{message}");
+        let message = set(&["evolution.population=many"])
+            .expect_err("no number")
+            .to_string();
+        assert!(message.contains("invalid type"), "{message}");
+        let message = Preset::find("hoper-sr-sm")
+            .expect_err("no such preset")
+            .to_string();
+        assert!(message.contains("hopper-sr-sm"), "{message}");
+    }
+}

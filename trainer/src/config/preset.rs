@@ -1,0 +1,89 @@
+//! Presets: a task, a variant of the thesis, and how often the observation is blank.
+
+use super::ConfigError;
+use super::layers::{nearest, parse};
+
+/// The defaults that every preset starts from.
+pub(super) const DEFAULTS: &str = include_str!("../../presets/defaults.toml");
+
+macro_rules! files {
+    ($folder:literal: $($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../presets/", $folder, "/", $name, ".toml"))),)*]
+    };
+}
+
+const TASKS: &[(&str, &str)] = files!("tasks": "inverted-double-pendulum" "hopper" "cartpole");
+const VARIANTS: &[(&str, &str)] = files!("variants": "sl-nc" "sl" "sr" "sr-sm");
+/// Suffix and observability; without a suffix the task's own holds.
+const BLACKOUTS: &[(&str, &str)] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];
+
+/// A named configuration, `<task>-<variant>[-b23|-b13]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preset {
+    /// Its name.
+    pub name: String,
+    /// Bare name of the task.
+    pub task: &'static str,
+    /// Name of the variant (T Tab 3.1).
+    pub variant: &'static str,
+    /// What the policy sees, in canonical form.
+    pub observability: String,
+    /// Overrides of the defaults, in order.
+    pub(super) layers: Vec<toml::Table>,
+}
+
+impl Preset {
+    /// The preset of this name.
+    ///
+    /// # Errors
+    /// [`ConfigError::UnknownPreset`] with the nearest name.
+    pub fn find(name: &str) -> Result<Self, ConfigError> {
+        let all = presets()?;
+        let names = all.iter().map(|p| p.name.as_str());
+        let suggestion = nearest(name, names);
+        all.iter()
+            .find(|p| p.name == name)
+            .cloned()
+            .ok_or_else(|| ConfigError::UnknownPreset {
+                name: name.into(),
+                suggestion,
+            })
+    }
+}
+
+/// Every preset, tasks in the order of the thesis's tables.
+///
+/// # Errors
+/// [`ConfigError`] if a file of presets is malformed, which a test excludes.
+pub fn presets() -> Result<Vec<Preset>, ConfigError> {
+    let mut presets = Vec::new();
+    for (task, task_file) in TASKS {
+        for (variant, variant_file) in VARIANTS {
+            for (suffix, blackout) in BLACKOUTS {
+                let task_layer = parse(task_file)?;
+                let own = task_layer.get("observability").and_then(|o| o.as_array());
+                let mut observability: Vec<String> = own
+                    .into_iter()
+                    .flatten()
+                    .filter_map(|o| Some(o.as_str()?.to_owned()))
+                    .collect();
+                let mut layers = vec![task_layer, parse(variant_file)?];
+                if !blackout.is_empty() {
+                    observability = vec![(*blackout).to_owned()];
+                    layers.push(parse(&format!("observability = [\"{blackout}\"]"))?);
+                }
+                if observability.is_empty() {
+                    observability.push("none".into());
+                }
+                presets.push(Preset {
+                    name: format!("{task}-{variant}{suffix}"),
+                    task,
+                    variant,
+                    observability: observability.join("+"),
+                    layers,
+                });
+            }
+        }
+    }
+    Ok(presets)
+}

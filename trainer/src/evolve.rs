@@ -1,0 +1,74 @@
+//! Evolution, pure: population, scores and a random stream in, population out.
+
+mod genome;
+mod params;
+mod population;
+mod select;
+mod vary;
+
+pub use genome::{Action, Genes, Instruction, Program, ProgramId, Shape, Source, Team, TeamId};
+pub use params::{ConstantParams, EvolutionParams, ProgramParams, SizeRange, TeamParams};
+pub use population::Population;
+pub use select::{rank, select};
+pub use vary::Variation;
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use tpg_runtime::isa::Group;
+
+    use super::*;
+    use crate::task::ActionSpace;
+
+    pub fn genes() -> Genes {
+        Genes {
+            shape: Shape {
+                width: 4,
+                inputs: 3,
+                actions: ActionSpace::Discrete(3),
+            },
+            ops: Genes::ops_of(&[Group::Scalar, Group::Vector, Group::TeamMemory]),
+            constants: true,
+            team_memory: true,
+        }
+    }
+
+    pub fn params() -> EvolutionParams {
+        EvolutionParams {
+            population: 40,
+            children: 20,
+            tournament: 3,
+            team: TeamParams {
+                size: SizeRange {
+                    initial_min: 1,
+                    initial_max: 5,
+                    max: 10,
+                },
+                crossover: 0.5,
+                inherit: 0.5,
+                delete: 0.1,
+                add: 0.075,
+                reorder: 0.1,
+            },
+            program: ProgramParams {
+                size: SizeRange {
+                    initial_min: 1,
+                    initial_max: 10,
+                    max: 96,
+                },
+                change: 0.1,
+                swap: 0.1,
+                delete: 0.1,
+                add: 0.075,
+                action: 0.3,
+                atomic: 0.5,
+                offset: 0.1,
+            },
+            constants: ConstantParams {
+                mutate: 0.5,
+                factor_min: 0.5,
+                factor_max: 2.0,
+                flip: 0.1,
+            },
+        }
+    }
+}

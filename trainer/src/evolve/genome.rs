@@ -1,0 +1,284 @@
+//! What evolution edits: teams and programs as trees of plain values. Nothing here can be executed;
+//! [`crate::lower`] turns it into the runtime's tables.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
+use tpg_runtime::tables::Section;
+
+use crate::task::{ActionSpace, Rng};
+
+/// Names a team for the length of a run; larger is younger.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct TeamId(pub u64);
+
+/// Names a program for the length of a run; larger is younger.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct ProgramId(pub u64);
+
+/// The sizes that every genome of a run shares.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shape {
+    /// Vector width W.
+    pub width: u16,
+    /// Length of the observation that a policy sees.
+    pub inputs: u16,
+    /// The task's actions.
+    pub actions: ActionSpace,
+}
+
+impl Shape {
+    /// Constants of a program: eight registers of each kind (T Tab 3.2), scalars, vectors, then matrices.
+    #[must_use]
+    pub fn program_constants(&self) -> usize {
+        REGISTERS * self.elements()
+    }
+
+    /// Constants of a team's memory: eight slots in each section (T §3.4.2).
+    #[must_use]
+    pub fn team_constants(&self) -> usize {
+        SLOTS * self.elements()
+    }
+
+    /// Elements of one scalar, one vector and one matrix.
+    fn elements(&self) -> usize {
+        let width = usize::from(self.width);
+        Section::ALL.iter().map(|s| s.slot_words(width)).sum()
+    }
+
+    /// Elements of a matrix.
+    #[must_use]
+    pub fn square(&self) -> u16 {
+        self.width * self.width
+    }
+}
+
+/// What kinds of genes a run's programs have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Genes {
+    /// Shared sizes.
+    pub shape: Shape,
+    /// Operations that programs may use.
+    pub ops: Vec<Op>,
+    /// Whether programs and teams carry evolved constants (all variants but SL-NC).
+    pub constants: bool,
+    /// Whether teams have shared memory.
+    pub team_memory: bool,
+}
+
+impl Genes {
+    /// The operations of some groups, in the order of the instruction table.
+    #[must_use]
+    pub fn ops_of(groups: &[Group]) -> Vec<Op> {
+        let mut ops = Op::ALL.to_vec();
+        ops.retain(|op| groups.contains(&op.group()));
+        ops
+    }
+}
+
+/// Where an instruction reads: a register, or the observation in its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Source {
+    /// Reads the observation instead of a register.
+    pub observed: bool,
+    /// Reads an element of a vector where a scalar would do as well (the conditional).
+    pub of_vector: bool,
+    /// Register, or slot of team memory.
+    pub register: u8,
+    /// Element of the observation, vector or matrix; cell of indexed memory.
+    pub element: u16,
+}
+
+impl Source {
+    /// A register.
+    #[must_use]
+    pub const fn register(register: u8) -> Self {
+        Source {
+            observed: false,
+            of_vector: false,
+            register,
+            element: 0,
+        }
+    }
+
+    /// The observation: as scalar its element, else the vector or matrix of it (or their element).
+    #[must_use]
+    pub const fn observation(element: u16) -> Self {
+        Source {
+            observed: true,
+            of_vector: false,
+            register: 0,
+            element,
+        }
+    }
+
+    /// An element of a vector or matrix register, or of what a slot holds.
+    #[must_use]
+    pub const fn element(register: u8, element: u16) -> Self {
+        Source {
+            observed: false,
+            of_vector: false,
+            register,
+            element,
+        }
+    }
+
+    /// A random source of this kind, with every index in range; unused fields are zero.
+    #[must_use]
+    pub fn random(kind: Operand, shape: &Shape, rng: &mut Rng) -> Self {
+        let mut source = Source::default();
+        match kind {
+            Operand::None => return source,
+            Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => {
+                source.register = rng.below(SLOTS as u64) as u8;
+                return source;
+            }
+            Operand::VectorIndex => {
+                source.element = rng.below(u64::from(shape.width)) as u16;
+                return source;
+            }
+            Operand::MatrixIndex => {
+                source.element = rng.below(u64::from(shape.square())) as u16;
+                return source;
+            }
+            Operand::Cell => {
+                source.element = rng.below(INDEXED_CELLS as u64) as u16;
+                return source;
+            }
+            _ => {}
+        }
+        source.of_vector = kind == Operand::SOrVElement && rng.chance(0.5);
+        source.observed = rng.chance(0.5);
+        if !source.observed {
+            source.register = rng.below(REGISTERS as u64) as u8;
+        }
+        let scalar = kind == Operand::S || (kind == Operand::SOrVElement && !source.of_vector);
+        let elements = match kind {
+            _ if scalar && source.observed => shape.inputs,
+            Operand::VElement => shape.width,
+            Operand::SOrVElement if source.of_vector => shape.width,
+            Operand::MElement => shape.square(),
+            _ => 1,
+        };
+        source.element = rng.below(u64::from(elements)) as u16;
+        source
+    }
+}
+
+/// One instruction as evolution sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Instruction {
+    /// What to do.
+    #[serde(with = "op_code")]
+    pub op: Op,
+    /// Destination register.
+    pub destination: u8,
+    /// First operand.
+    pub a: Source,
+    /// Second operand.
+    pub b: Source,
+}
+
+impl Instruction {
+    /// A random instruction: an operation drawn from the run's set, then everything that it needs.
+    #[must_use]
+    pub fn random(genes: &Genes, rng: &mut Rng) -> Self {
+        let op = genes.ops[rng.below(genes.ops.len() as u64) as usize];
+        let [a, b] = op.operands();
+        Instruction {
+            op,
+            destination: rng.below(REGISTERS as u64) as u8,
+            a: Source::random(a, &genes.shape, rng),
+            b: Source::random(b, &genes.shape, rng),
+        }
+    }
+}
+
+/// Operations are stored by their code, which the instruction table keeps unique.
+mod op_code {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+    use tpg_runtime::isa::Op;
+
+    pub fn serialize<S: Serializer>(op: &Op, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u8(*op as u8)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Op, D::Error> {
+        let code = u8::deserialize(deserializer)?;
+        Op::from_code(code).ok_or_else(|| {
+            de::Error::invalid_value(
+                de::Unexpected::Unsigned(code.into()),
+                &"an operation's code",
+            )
+        })
+    }
+}
+
+/// Where a winning program leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Action {
+    /// To the plant: an action's index, 0 in continuous tasks.
+    Atomic(u16),
+    /// To another team.
+    Team(TeamId),
+}
+
+/// A program: immutable once it is part of a population, so that teams can share it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    /// Its code, at least one instruction.
+    pub instructions: Vec<Instruction>,
+    /// Evolved constants of all its registers, shared with clones until they change; empty without constants.
+    pub constants: Arc<[f32]>,
+    /// Where the observation vector and matrix begin in the observation.
+    pub offset: u16,
+    /// Where it leads when it wins.
+    pub action: Action,
+}
+
+impl Program {
+    /// A random program with an atomic action.
+    #[must_use]
+    pub fn random(genes: &Genes, len: usize, rng: &mut Rng) -> Self {
+        Program {
+            instructions: (0..len).map(|_| Instruction::random(genes, rng)).collect(),
+            constants: random_constants(genes, genes.shape.program_constants(), rng),
+            offset: rng.below(u64::from(genes.shape.inputs)) as u16,
+            action: random_atomic(&genes.shape, rng),
+        }
+    }
+
+    /// Whether its action goes to the plant.
+    #[must_use]
+    pub fn is_atomic(&self) -> bool {
+        matches!(self.action, Action::Atomic(_))
+    }
+}
+
+/// A random action that goes to the plant.
+#[must_use]
+pub fn random_atomic(shape: &Shape, rng: &mut Rng) -> Action {
+    match shape.actions {
+        ActionSpace::Discrete(actions) => Action::Atomic(rng.below(u64::from(actions)) as u16),
+        ActionSpace::Continuous { .. } => Action::Atomic(0),
+    }
+}
+
+/// Initial constants, U[−1, 1]; none for a run without.
+#[must_use]
+pub fn random_constants(genes: &Genes, len: usize, rng: &mut Rng) -> Arc<[f32]> {
+    let len = if genes.constants { len } else { 0 };
+    (0..len).map(|_| rng.uniform(-1.0, 1.0) as f32).collect()
+}
+
+/// A team: immutable once it is part of a population.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Team {
+    /// Its programs, in order; at least one is atomic.
+    pub members: Vec<ProgramId>,
+    /// Evolved constants of its shared memory, shared with clones until they change; empty without memory.
+    pub memory: Arc<[f32]>,
+    /// Names its random streams; kept by its clones.
+    pub stream_key: u32,
+}

@@ -1,0 +1,22 @@
+//! Who survives.
+
+use std::cmp::Ordering;
+
+use super::{Population, TeamId};
+
+/// Compares two scored teams: the higher score first, of equals the older.
+#[must_use]
+pub fn rank(a: (TeamId, f64), b: (TeamId, f64)) -> Ordering {
+    b.1.total_cmp(&a.1).then(a.0.cmp(&b.0))
+}
+
+/// Keeps the best `keep` roots, ties to the older, and collects what nothing reaches any more.
+///
+/// `scores` names every root with its score; what remains of it is ordered as the roots are, oldest first.
+pub fn select(population: &mut Population, scores: &mut Vec<(TeamId, f64)>, keep: usize) {
+    scores.sort_by(|a, b| rank(*a, *b));
+    scores.truncate(keep);
+    scores.sort_by_key(|(team_id, _)| *team_id);
+    population.roots = scores.iter().map(|(team_id, _)| *team_id).collect();
+    population.collect();
+}

@@ -1,0 +1,308 @@
+//! New teams from old ones: crossover, then the team operators, then mutation of programs.
+
+use std::sync::Arc;
+
+use super::genome::{Source, random_atomic};
+use super::{
+    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, Team, TeamId, rank,
+};
+use crate::task::Rng;
+
+/// How often a crossover child without an exit, or equal to a parent, is made again before a clone takes its place.
+const ATTEMPTS: u32 = 100;
+
+/// Makes the children of one generation.
+pub struct Variation<'a> {
+    /// What genes programs have.
+    pub genes: &'a Genes,
+    /// Rates and sizes.
+    pub params: &'a EvolutionParams,
+    /// Every root with its score, oldest first.
+    pub scores: &'a [(TeamId, f64)],
+}
+
+/// Teams and programs that were there before the generation's first child.
+struct Elders {
+    teams: Vec<TeamId>,
+    programs: Vec<ProgramId>,
+}
+
+impl Variation<'_> {
+    /// Adds the generation's children to the population as roots and names them, oldest first.
+    pub fn children(&self, population: &mut Population, rng: &mut Rng) -> Vec<TeamId> {
+        let elders = Elders {
+            teams: population.teams.keys().copied().collect(),
+            programs: population.programs.keys().copied().collect(),
+        };
+        let children: Vec<TeamId> = (0..self.params.children)
+            .map(|_| self.child(population, &elders, rng))
+            .collect();
+        population.roots.extend(&children);
+        children
+    }
+
+    fn child(&self, population: &mut Population, elders: &Elders, rng: &mut Rng) -> TeamId {
+        let mut team = self.conceive(population, rng);
+        self.vary_members(population, elders, &mut team, rng);
+        self.mutate_programs(population, elders, &mut team, rng);
+        if !team.memory.is_empty() && rng.chance(self.params.constants.mutate) {
+            team.memory = self.mutate_constants(&team.memory, rng);
+        }
+        population.add_team(team)
+    }
+
+    /// The best of a few random roots.
+    fn parent<'p>(&self, population: &'p Population, rng: &mut Rng) -> &'p Arc<Team> {
+        let mut draw = || self.scores[rng.below(self.scores.len() as u64) as usize];
+        let mut best = draw();
+        for _ in 1..self.params.tournament {
+            let other = draw();
+            if rank(other, best).is_lt() {
+                best = other;
+            }
+        }
+        population.team(best.0)
+    }
+
+    /// A clone of one parent, or a child of two.
+    fn conceive(&self, population: &Population, rng: &mut Rng) -> Team {
+        let params = &self.params.team;
+        if rng.chance(params.crossover) {
+            for _ in 0..ATTEMPTS {
+                let (first, second) = (self.parent(population, rng), self.parent(population, rng));
+                let mut members: Vec<ProgramId> = Vec::new();
+                for member in first.members.iter().chain(&second.members) {
+                    if rng.chance(params.inherit) && !members.contains(member) {
+                        members.push(*member);
+                    }
+                }
+                members.truncate(params.size.max as usize);
+                let copy = members == first.members || members == second.members;
+                if !copy && population.has_exit(&members) {
+                    return Team {
+                        members,
+                        ..Team::clone(first)
+                    };
+                }
+            }
+        }
+        Team::clone(self.parent(population, rng))
+    }
+
+    /// Deletes, adds and moves programs.
+    fn vary_members(
+        &self,
+        population: &Population,
+        elders: &Elders,
+        team: &mut Team,
+        rng: &mut Rng,
+    ) {
+        let params = &self.params.team;
+        if rng.chance(params.delete) && team.members.len() > 1 {
+            let at = rng.below(team.members.len() as u64) as usize;
+            let removed = team.members.remove(at);
+            if !population.has_exit(&team.members) {
+                team.members.insert(at, removed);
+            }
+        }
+        if rng.chance(params.add) && team.members.len() < params.size.max as usize {
+            let newcomer = elders.programs[rng.below(elders.programs.len() as u64) as usize];
+            if !team.members.contains(&newcomer) {
+                team.members.push(newcomer);
+            }
+        }
+        if rng.chance(params.reorder) {
+            let len = team.members.len() as u64;
+            let moved = team.members.remove(rng.below(len) as usize);
+            team.members.insert(rng.below(len) as usize, moved);
+        }
+    }
+
+    /// Replaces each program, with probability 1/size and at least one, by a mutated clone.
+    fn mutate_programs(
+        &self,
+        population: &mut Population,
+        elders: &Elders,
+        team: &mut Team,
+        rng: &mut Rng,
+    ) {
+        let size = team.members.len();
+        let mut chosen: Vec<usize> = (0..size)
+            .filter(|_| rng.chance(1.0 / size as f64))
+            .collect();
+        if chosen.is_empty() {
+            chosen.push(rng.below(size as u64) as usize);
+        }
+        for at in chosen {
+            let mut program = Program::clone(population.program(team.members[at]));
+            self.mutate_code(&mut program, rng);
+            if !program.constants.is_empty() && rng.chance(self.params.constants.mutate) {
+                program.constants = self.mutate_constants(&program.constants, rng);
+            }
+            if rng.chance(self.params.program.action) {
+                self.mutate_action(population, elders, team, at, &mut program, rng);
+            }
+            if rng.chance(self.params.program.offset) {
+                program.offset = rng.below(u64::from(self.genes.shape.inputs)) as u16;
+            }
+            team.members[at] = population.add_program(program);
+        }
+    }
+
+    fn mutate_code(&self, program: &mut Program, rng: &mut Rng) {
+        let params = &self.params.program;
+        let code = &mut program.instructions;
+        if rng.chance(params.change) {
+            let at = rng.below(code.len() as u64) as usize;
+            code[at] = self.change(code[at], rng);
+        }
+        if rng.chance(params.swap) {
+            let len = code.len() as u64;
+            code.swap(rng.below(len) as usize, rng.below(len) as usize);
+        }
+        if rng.chance(params.delete) && code.len() > 1 {
+            code.remove(rng.below(code.len() as u64) as usize);
+        }
+        if rng.chance(params.add) && code.len() < params.size.max as usize {
+            let at = rng.below(code.len() as u64 + 1) as usize;
+            code.insert(at, Instruction::random(self.genes, rng));
+        }
+    }
+
+    /// A new operation with all its operands, or one new field of the old one, each equally often.
+    fn change(&self, mut instruction: Instruction, rng: &mut Rng) -> Instruction {
+        let fresh = Instruction::random(self.genes, rng);
+        let shape = &self.genes.shape;
+        let [a, b] = instruction.op.operands();
+        match rng.below(4) {
+            0 => return fresh,
+            1 => instruction.destination = fresh.destination,
+            2 => instruction.a = Source::random(a, shape, rng),
+            _ => instruction.b = Source::random(b, shape, rng),
+        }
+        instruction
+    }
+
+    /// Scales every constant by a random factor and flips some signs (T §3.4.3).
+    fn mutate_constants(&self, constants: &[f32], rng: &mut Rng) -> Arc<[f32]> {
+        let params = &self.params.constants;
+        constants
+            .iter()
+            .map(|x| {
+                let scaled = f64::from(*x) * rng.uniform(params.factor_min, params.factor_max);
+                let flipped = if rng.chance(params.flip) {
+                    -scaled
+                } else {
+                    scaled
+                };
+                // Growth ends at the largest number, which every later factor below 1 leaves again.
+                (flipped as f32).clamp(f32::MIN, f32::MAX)
+            })
+            .collect()
+    }
+
+    /// Draws a new action pointer; the team's last exit stays one.
+    fn mutate_action(
+        &self,
+        population: &mut Population,
+        elders: &Elders,
+        team: &Team,
+        at: usize,
+        program: &mut Program,
+        rng: &mut Rng,
+    ) {
+        if rng.chance(self.params.program.atomic) {
+            program.action = random_atomic(&self.genes.shape, rng);
+            return;
+        }
+        let others: Vec<ProgramId> = (0..team.members.len())
+            .filter(|k| *k != at)
+            .map(|k| team.members[k])
+            .collect();
+        if !population.has_exit(&others) {
+            return;
+        }
+        let mut target = elders.teams[rng.below(elders.teams.len() as u64) as usize];
+        if population.roots.binary_search(&target).is_ok() {
+            // Pointing at a root would end its life as an agent: a clone of it is pointed at instead.
+            let clone = Team::clone(population.team(target));
+            target = population.add_team(clone);
+        }
+        program.action = Action::Team(target);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{genes, params};
+    use super::*;
+
+    /// Every invariant that evolution promises, checked over generations with random scores.
+    #[test]
+    fn invariants_hold_over_generations() {
+        let (genes, params) = (genes(), params());
+        let mut rng = Rng::new(11);
+        let mut population = Population::random(&genes, &params, &mut rng);
+        let mut scores: Vec<(TeamId, f64)> = population
+            .roots
+            .iter()
+            .map(|r| (*r, rng.uniform(0.0, 1.0)))
+            .collect();
+        let mut deepest = 0;
+        for _ in 0..60 {
+            let variation = Variation {
+                genes: &genes,
+                params: &params,
+                scores: &scores,
+            };
+            for child in variation.children(&mut population, &mut rng) {
+                scores.push((child, rng.uniform(0.0, 1.0)));
+            }
+            super::super::select(&mut population, &mut scores, params.population as usize);
+            assert_eq!(population.roots.len(), params.population as usize);
+            for (id, team) in &population.teams {
+                assert!(population.has_exit(&team.members), "{id:?} has no exit");
+                assert!(team.members.len() <= params.team.size.max as usize);
+                for member in &team.members {
+                    let program = population.program(*member);
+                    let len = program.instructions.len();
+                    assert!((1..=params.program.size.max as usize).contains(&len));
+                    assert!(program.constants.iter().all(|x| x.is_finite()));
+                    if let Action::Team(target) = program.action {
+                        assert!(target < *id, "a pointer to a younger team");
+                        assert!(!population.roots.contains(&target), "a demoted root");
+                    }
+                }
+            }
+            let depths = population
+                .roots
+                .iter()
+                .map(|r| population.reachable(*r).len());
+            deepest = deepest.max(depths.max().unwrap_or(0));
+        }
+        assert!(deepest >= 3, "no graph of teams emerged: {deepest}");
+    }
+
+    #[test]
+    fn a_crossover_child_has_programs_of_both_parents_only() {
+        let (genes, params) = (genes(), params());
+        let mut rng = Rng::new(5);
+        let population = Population::random(&genes, &params, &mut rng);
+        let scores: Vec<_> = population.roots.iter().map(|r| (*r, 0.0)).collect();
+        let variation = Variation {
+            genes: &genes,
+            params: &params,
+            scores: &scores,
+        };
+        for _ in 0..200 {
+            let child = variation.conceive(&population, &mut rng);
+            assert!(population.has_exit(&child.members));
+            assert!(
+                child
+                    .members
+                    .iter()
+                    .all(|m| population.programs.contains_key(m))
+            );
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Evolves Tangled Program Graphs.
+pub mod cli;
+pub mod config;
+pub mod eval;
+pub mod evolve;
+pub mod lower;
+pub mod session;
+pub mod stats;
+pub mod task;

@@ -1,0 +1,189 @@
+//! Genome to the runtime's tables: drops what cannot matter, renumbers the rest, and never interprets.
+//!
+//! Both modes decide alike, bit for bit. [`Mode::Compact`] is what is scored and exported; [`Mode::Whole`]
+//! keeps everything as evolved, for the thesis's counts of executed instructions and memory accesses.
+
+mod emit;
+mod liveness;
+
+pub use emit::{Contract, LowerError, lower};
+
+/// How much of a genome reaches the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Everything that the root can reach, as evolved.
+    Whole,
+    /// Only instructions, registers, slots and cells that can influence an action.
+    Compact,
+}
+
+#[cfg(test)]
+mod tests {
+    use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope};
+    use tpg_runtime::isa::Group;
+    use tpg_runtime::{Action, HostAgent, Policy, Reset};
+
+    use super::*;
+    use crate::evolve::{Genes, Population, Shape, TeamId, Variation, select};
+    use crate::task::{ActionSpace, Rng};
+
+    struct Case {
+        groups: &'static [Group],
+        actions: ActionSpace,
+        mode: RegisterMode,
+        memory: MemoryModel,
+        constants: bool,
+    }
+
+    const VECTORS: ActionSpace = ActionSpace::Continuous {
+        len: 2,
+        low: -1.0,
+        high: 1.0,
+    };
+    const SCALAR: ActionSpace = ActionSpace::Continuous {
+        len: 1,
+        low: -2.0,
+        high: 2.0,
+    };
+
+    fn cases() -> [Case; 4] {
+        use Group::*;
+        [
+            Case {
+                groups: &[Scalar, Vector, Matrix, Constants, TeamMemory, WholeReads],
+                actions: VECTORS,
+                mode: RegisterMode::Stateful,
+                memory: MemoryModel::Team,
+                constants: true,
+            },
+            Case {
+                groups: &[Scalar, Vector, Matrix],
+                actions: SCALAR,
+                mode: RegisterMode::Stateless,
+                memory: MemoryModel::None,
+                constants: false,
+            },
+            Case {
+                groups: &[Scalar, Vector, TeamMemory],
+                actions: ActionSpace::Discrete(4),
+                mode: RegisterMode::Stateful,
+                memory: MemoryModel::Team,
+                constants: true,
+            },
+            Case {
+                groups: &[Classic],
+                actions: SCALAR,
+                mode: RegisterMode::Stateful,
+                memory: MemoryModel::Indexed,
+                constants: false,
+            },
+        ]
+    }
+
+    fn contract(case: &Case, shape: Shape) -> Contract {
+        let labels = usize::from(shape.inputs)
+            + match shape.actions {
+                ActionSpace::Discrete(_) => 0,
+                ActionSpace::Continuous { len, .. } => usize::from(len),
+            };
+        let stateful = case.mode == RegisterMode::Stateful;
+        Contract {
+            task: "none-v0".into(),
+            observability: "none".into(),
+            labels: "x\t1\n".repeat(labels),
+            shape,
+            control_period_us: 8000,
+            register_mode: case.mode,
+            initial_values: if case.constants {
+                InitialValues::Evolved
+            } else {
+                InitialValues::Zero
+            },
+            reset_scope: if stateful {
+                ResetScope::PerEpisode
+            } else {
+                ResetScope::EveryDecision
+            },
+            memory_model: case.memory,
+        }
+    }
+
+    /// Actions of two episodes as bits, with the teams visited in all.
+    fn decisions(bytes: &[u8], observations: &[[f32; 3]]) -> (Vec<u32>, u32, u64) {
+        let policy = Policy::load(bytes).expect("a lowered policy verifies");
+        let bound = policy.bounds().instructions;
+        let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
+        let (mut bits, mut teams, mut instructions) = (Vec::new(), 0, 0);
+        for (k, reset) in [Reset::Agent, Reset::Episode].into_iter().enumerate() {
+            agent.reset(reset, k as u64);
+            for observation in observations {
+                let decision = agent.decide(observation).expect("the right length");
+                assert!(decision.instructions <= bound);
+                teams += u32::from(decision.teams);
+                instructions += u64::from(decision.instructions);
+                match decision.action {
+                    Action::Discrete(action) => bits.push(u32::from(action)),
+                    Action::Continuous(values) => bits.extend(values.iter().map(|x| x.to_bits())),
+                }
+            }
+        }
+        (bits, teams, instructions)
+    }
+
+    #[test]
+    fn both_modes_decide_alike_over_evolved_graphs() {
+        let mut rng = Rng::new(1);
+        let observations: Vec<[f32; 3]> = (0..40)
+            .map(|k| match k % 4 {
+                0 => [0.0; 3],
+                _ => [(); 3].map(|()| rng.normal() as f32),
+            })
+            .collect();
+        for case in cases() {
+            let shape = Shape {
+                width: 3,
+                inputs: 3,
+                actions: case.actions,
+            };
+            let genes = Genes {
+                shape,
+                ops: Genes::ops_of(case.groups),
+                constants: case.constants,
+                team_memory: case.memory == MemoryModel::Team,
+            };
+            let params = crate::evolve::tests::params();
+            let contract = contract(&case, shape);
+            let mut population = Population::random(&genes, &params, &mut rng);
+            let mut scores: Vec<(TeamId, f64)> =
+                population.roots.iter().map(|r| (*r, 0.0)).collect();
+            let (mut deepest, mut saved) = (0, (0, 0));
+            for _ in 0..25 {
+                let variation = Variation {
+                    genes: &genes,
+                    params: &params,
+                    scores: &scores,
+                };
+                for child in variation.children(&mut population, &mut rng) {
+                    // Larger graphs score higher, so that there is something to compare.
+                    let size = population.reachable(child).len() as f64;
+                    scores.push((child, size + rng.uniform(0.0, 1.0)));
+                }
+                select(&mut population, &mut scores, params.population as usize);
+            }
+            for root in &population.roots {
+                let [whole, compact] = [Mode::Whole, Mode::Compact].map(|mode| {
+                    lower(&population, *root, &contract, [0; 16], mode).expect("small enough")
+                });
+                let ((a, teams, more), (b, _, fewer)) = (
+                    decisions(&whole, &observations),
+                    decisions(&compact, &observations),
+                );
+                assert_eq!(a, b, "{root:?}");
+                deepest = deepest.max(teams / observations.len() as u32 / 2);
+                saved = (saved.0 + more, saved.1 + fewer);
+            }
+            assert!(deepest >= 2, "no decision went through several teams");
+            assert!(saved.1 < saved.0, "compaction dropped nothing: {saved:?}");
+        }
+    }
+}

@@ -1,0 +1,508 @@
+//! Layout and encoding of what is kept.
+
+use std::collections::BTreeMap;
+
+use tpg_runtime::Header;
+use tpg_runtime::blob::{
+    self, ActionKind, EncodeError, InitialValues, MemoryModel, RegisterMode, ResetScope,
+};
+use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
+use tpg_runtime::tables::{self, Section, Tables, Target};
+
+use super::Mode;
+use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
+use crate::evolve::{
+    Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
+};
+use crate::task::ActionSpace;
+
+/// What a blob says apart from the graph: the policy's contract with its plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contract {
+    /// Full name of the task.
+    pub task: String,
+    /// What the policy sees of it, in canonical form.
+    pub observability: String,
+    /// A line `name<TAB>unit` for each input, then for each continuous output.
+    pub labels: String,
+    /// Sizes shared with evolution.
+    pub shape: Shape,
+    /// Time between two decisions, in microseconds.
+    pub control_period_us: u32,
+    /// Whether registers outlive a decision.
+    pub register_mode: RegisterMode,
+    /// Where initial values come from.
+    pub initial_values: InitialValues,
+    /// When registers and memory are reset.
+    pub reset_scope: ResetScope,
+    /// What memory programs share.
+    pub memory_model: MemoryModel,
+}
+
+/// A graph that the format cannot hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LowerError {
+    /// Something of it is too large for its field.
+    #[error("the policy needs {needed} {what}, the format allows {limit}")]
+    TooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much the policy needs.
+        needed: usize,
+        /// How much the format allows.
+        limit: usize,
+    },
+    /// The blob did not fit the buffer sized for it.
+    #[error("blob could not be encoded")]
+    Encode(#[from] EncodeError),
+}
+
+/// Lowers an agent to the bytes of a blob.
+///
+/// # Errors
+/// [`LowerError::TooLarge`] if the graph exceeds what the format's fields can say.
+pub fn lower(
+    population: &Population,
+    root: TeamId,
+    contract: &Contract,
+    provenance: [u8; 16],
+    mode: Mode,
+) -> Result<Vec<u8>, LowerError> {
+    let graph = graph(population, root);
+    let results: Vec<Registers> = graph
+        .programs
+        .iter()
+        .map(|(_, program)| results(&contract.shape, program))
+        .collect();
+    let shared = matches!(
+        contract.reset_scope,
+        ResetScope::Original | ResetScope::PerGeneration
+    );
+    let indexed = contract.memory_model == MemoryModel::Indexed;
+    let mut kept = match mode {
+        Mode::Whole => whole(&graph, contract),
+        Mode::Compact => {
+            let stateful = contract.register_mode == RegisterMode::Stateful;
+            compact(&graph, &results, stateful, shared)
+        }
+    };
+    if indexed && (shared || mode == Mode::Whole) {
+        kept.cells = (0..INDEXED_CELLS as u16).collect();
+    }
+    let registers = registers(&kept, &results, mode);
+    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance)
+}
+
+/// Teams and programs in order of discovery from the root.
+fn graph(population: &Population, root: TeamId) -> Graph<'_> {
+    let teams: Vec<(TeamId, &Team)> = population
+        .reachable(root)
+        .into_iter()
+        .map(|id| (id, &**population.team(id)))
+        .collect();
+    let mut programs: Vec<(ProgramId, &Program)> = Vec::new();
+    let mut seen = std::collections::BTreeSet::new();
+    for member in teams.iter().flat_map(|(_, team)| &team.members) {
+        if seen.insert(*member) {
+            programs.push((*member, &**population.program(*member)));
+        }
+    }
+    Graph { teams, programs }
+}
+
+/// The registers that matter after a run: the bid, and the action of a program that can act.
+fn results(shape: &Shape, program: &Program) -> Registers {
+    let mut results = Registers::default();
+    results.insert(Section::Scalar, 0);
+    if let (ActionSpace::Continuous { len, .. }, true) = (shape.actions, program.is_atomic()) {
+        let section = if len == 1 {
+            Section::Scalar
+        } else {
+            Section::Vector
+        };
+        results.insert(section, 1);
+    }
+    results
+}
+
+fn whole(graph: &Graph<'_>, contract: &Contract) -> Kept {
+    let slots = if contract.memory_model == MemoryModel::Team {
+        [u8::MAX; 3]
+    } else {
+        [0; 3]
+    };
+    Kept {
+        code: graph
+            .programs
+            .iter()
+            .map(|(_, program)| program.instructions.clone())
+            .collect(),
+        slots: vec![slots; graph.teams.len()],
+        cells: Vec::new(),
+    }
+}
+
+/// For each program, the registers that its kept code or its results name.
+fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
+    let of_program = |code: &Vec<Instruction>, results: &Registers| {
+        if mode == Mode::Whole {
+            return Registers::ALL;
+        }
+        let mut registers = *results;
+        for instruction in code {
+            if let Some(section) = register_written(instruction.op) {
+                registers.insert(section, instruction.destination);
+            }
+            let kinds = instruction.op.operands();
+            for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
+                if let Some((section, register)) = register_read(kind, source) {
+                    registers.insert(section, register);
+                }
+            }
+            // A write of indexed memory stores register c in column c, so none is renumbered.
+            if instruction.op == Op::MemWrite {
+                registers.0[Section::Scalar as usize] = u8::MAX;
+            }
+        }
+        registers
+    };
+    kept.code
+        .iter()
+        .zip(results)
+        .map(|(code, results)| of_program(code, results))
+        .collect()
+}
+
+/// Collects the tables, then encodes them.
+struct Emitter<'a> {
+    contract: &'a Contract,
+    kept: &'a Kept,
+    header: Header,
+    teams: Vec<[u8; tables::Team::BYTES]>,
+    members: Vec<[u8; 2]>,
+    programs: Vec<[u8; tables::Program::BYTES]>,
+    code: Vec<[u8; tables::Instruction::BYTES]>,
+    constants: Vec<[u8; 4]>,
+    /// First state word that is not laid out yet.
+    words: usize,
+}
+
+impl<'a> Emitter<'a> {
+    fn new(
+        contract: &'a Contract,
+        graph: &Graph<'_>,
+        kept: &'a Kept,
+        registers: &[Registers],
+    ) -> Result<Self, LowerError> {
+        let header = header(contract, graph, kept)?;
+        let mut emitter = Emitter {
+            contract,
+            kept,
+            header,
+            teams: Vec::new(),
+            members: Vec::new(),
+            programs: Vec::new(),
+            code: Vec::new(),
+            constants: Vec::new(),
+            words: header.registers_start(),
+        };
+        let team_index: BTreeMap<TeamId, u16> = number(graph.teams.iter().map(|(id, _)| *id));
+        let cells_start = emitter.cells_start(registers);
+        for (k, (_, program)) in graph.programs.iter().enumerate() {
+            let target = match program.action {
+                Action::Atomic(action) => Target::Atomic(action),
+                Action::Team(team) => Target::Team(tables::TeamId(team_index[&team])),
+            };
+            emitter.program(program, target, &kept.code[k], registers[k], cells_start)?;
+        }
+        let program_index = number(graph.programs.iter().map(|(id, _)| *id));
+        for ((_, team), slots) in graph.teams.iter().zip(&kept.slots) {
+            emitter.team(team, *slots, &program_index)?;
+        }
+        emitter.words += kept.cells.len();
+        limit(
+            "state words",
+            emitter.words,
+            tpg_runtime::MAX_WORDS as usize,
+        )?;
+        emitter.header.words = emitter.words as u32;
+        Ok(emitter)
+    }
+
+    fn width(&self) -> usize {
+        usize::from(self.contract.shape.width)
+    }
+
+    /// Where the cells will lie, behind all registers; policies with cells have no team memory.
+    fn cells_start(&self, registers: &[Registers]) -> usize {
+        let width = self.width();
+        let of_program = |r: &Registers| -> usize {
+            let sections = Section::ALL.iter();
+            sections
+                .map(|s| r.of(*s).count_ones() as usize * s.slot_words(width))
+                .sum()
+        };
+        self.words + registers.iter().map(of_program).sum::<usize>()
+    }
+
+    fn program(
+        &mut self,
+        program: &Program,
+        target: Target,
+        code: &[Instruction],
+        registers: Registers,
+        cells_start: usize,
+    ) -> Result<(), LowerError> {
+        let counts = Section::ALL.map(|s| registers.of(s).count_ones() as u8);
+        let layout = Layout {
+            start: self.words,
+            registers,
+            width: self.width(),
+            offset: usize::from(program.offset),
+            cells_start,
+            cells: &self.kept.cells,
+        };
+        let output = match self.contract.shape.actions {
+            ActionSpace::Continuous { len, .. } if program.is_atomic() => layout.register(
+                if len == 1 {
+                    Section::Scalar
+                } else {
+                    Section::Vector
+                },
+                1,
+            ),
+            _ => layout.start,
+        };
+        let constants_start = self.constants(&program.constants, registers);
+        let record = tables::Program {
+            code_start: self.code.len() as u32,
+            code_len: small("instructions of a program", code.len())?,
+            target,
+            constants_start,
+            state_start: small("state words", layout.start)?,
+            output: small("state words", output)?,
+            registers: counts,
+        };
+        for instruction in code {
+            let record = layout.instruction(instruction)?;
+            self.header.groups |= instruction.op.group().bit();
+            self.code.push(record.to_bytes());
+        }
+        self.words += record.register_words(self.width());
+        self.programs.push(record.to_bytes());
+        Ok(())
+    }
+
+    fn team(
+        &mut self,
+        team: &Team,
+        slots: [u8; 3],
+        program_index: &BTreeMap<ProgramId, u16>,
+    ) -> Result<(), LowerError> {
+        let constants_start = self.constants(&team.memory, Registers(slots));
+        let record = tables::Team {
+            members_start: self.members.len() as u32,
+            members_len: small("members of a team", team.members.len())?,
+            slots,
+            stream_key: team.stream_key,
+            constants_start,
+            memory_start: small("state words", self.words)?,
+            streams_start: self.header.streams,
+        };
+        for member in &team.members {
+            self.members.push(program_index[member].to_le_bytes());
+        }
+        self.words += record.memory_words(self.width());
+        self.header.streams += record.streams() as u16;
+        self.teams.push(record.to_bytes());
+        Ok(())
+    }
+
+    /// Appends the constants of the kept registers or slots and returns where they begin.
+    fn constants(&mut self, constants: &[f32], kept: Registers) -> u32 {
+        if self.contract.initial_values == InitialValues::Zero {
+            return 0;
+        }
+        let (start, width) = (self.constants.len() as u32, self.width());
+        let mut section_start = 0;
+        for section in Section::ALL {
+            let words = section.slot_words(width);
+            for k in (0..REGISTERS).filter(|k| kept.of(section) & (1 << k) != 0) {
+                let from = section_start + k * words;
+                let register = constants.get(from..from + words).unwrap_or_default();
+                self.constants
+                    .extend(register.iter().map(|x| x.to_le_bytes()));
+            }
+            section_start += REGISTERS * words;
+        }
+        start
+    }
+
+    fn encode(mut self, provenance: [u8; 16]) -> Result<Vec<u8>, LowerError> {
+        self.header.provenance = provenance;
+        let cells: Vec<[u8; 2]> = self.kept.cells.iter().map(|c| c.to_le_bytes()).collect();
+        let tables = Tables {
+            teams: &self.teams,
+            members: &self.members,
+            programs: &self.programs,
+            code: &self.code,
+            constants: &self.constants,
+            cells: &cells,
+            memory: &[],
+            front_end: &[],
+            labels: &self.contract.labels,
+            task: &self.contract.task,
+            observability: &self.contract.observability,
+        };
+        let mut buffer = vec![0; blob::encoded_bound(&tables)];
+        let len = blob::encode(&self.header, &tables, &mut buffer)?;
+        buffer.truncate(len);
+        Ok(buffer)
+    }
+}
+
+/// Where a program's registers and what it reads lie in the state.
+struct Layout<'a> {
+    start: usize,
+    registers: Registers,
+    width: usize,
+    offset: usize,
+    cells_start: usize,
+    cells: &'a [u16],
+}
+
+impl Layout<'_> {
+    /// State offset of a kept register.
+    fn register(&self, section: Section, register: u8) -> usize {
+        let before: usize = Section::ALL
+            .iter()
+            .take(section as usize)
+            .map(|s| self.registers.of(*s).count_ones() as usize * s.slot_words(self.width))
+            .sum();
+        let lower = self.registers.of(section) & ((1u8 << register) - 1);
+        self.start + before + lower.count_ones() as usize * section.slot_words(self.width)
+    }
+
+    fn source(&self, kind: Operand, source: &Source) -> usize {
+        let element = usize::from(source.element);
+        if let Some((section, register)) = register_read(kind, source) {
+            let start = self.register(section, register);
+            return match kind {
+                Operand::VElement | Operand::MElement => start + element,
+                Operand::SOrVElement if source.of_vector => start + element,
+                _ => start,
+            };
+        }
+        match kind {
+            Operand::None => 0,
+            Operand::S => element,
+            Operand::SOrVElement if !source.of_vector => element,
+            Operand::V | Operand::M => self.offset,
+            Operand::VElement | Operand::MElement | Operand::SOrVElement => self.offset + element,
+            Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => {
+                usize::from(source.register)
+            }
+            Operand::VectorIndex | Operand::MatrixIndex => element,
+            Operand::Cell => {
+                let rank = self.cells.partition_point(|cell| *cell < source.element);
+                self.cells_start + rank
+            }
+        }
+    }
+
+    fn instruction(&self, instruction: &Instruction) -> Result<tables::Instruction, LowerError> {
+        let op = instruction.op;
+        let destination = register_written(op)
+            .map_or(0, |section| self.register(section, instruction.destination));
+        let [a, b] = op.operands();
+        Ok(tables::Instruction {
+            op,
+            d: small("state words", destination)?,
+            a: small("state words", self.source(a, &instruction.a))?,
+            b: small("state words", self.source(b, &instruction.b))?,
+        })
+    }
+}
+
+fn header(contract: &Contract, graph: &Graph<'_>, kept: &Kept) -> Result<Header, LowerError> {
+    let shape = &contract.shape;
+    let (action_kind, actions, action_low, action_high) = match shape.actions {
+        ActionSpace::Discrete(actions) => (ActionKind::Discrete, actions, 0.0, 0.0),
+        ActionSpace::Continuous { len, low, high } => (ActionKind::Continuous, len, low, high),
+    };
+    let target_limit = usize::from(Target::MAX);
+    limit("teams", graph.teams.len(), target_limit)?;
+    Ok(Header {
+        body_bytes: 0,
+        words: 0,
+        programs: small("programs", graph.programs.len())?,
+        teams: small("teams", graph.teams.len())?,
+        streams: 0,
+        width: shape.width,
+        observation_len: shape.inputs,
+        window: small("observation window", window(shape, graph, kept))?,
+        actions,
+        action_kind,
+        register_mode: contract.register_mode,
+        initial_values: contract.initial_values,
+        reset_scope: contract.reset_scope,
+        memory_model: contract.memory_model,
+        groups: 0,
+        action_low,
+        action_high,
+        control_period_us: contract.control_period_us,
+        provenance: [0; 16],
+    })
+}
+
+/// State words that the observation needs, repeated cyclically, so that every read of it is a plain slice.
+fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> usize {
+    let width = usize::from(shape.width);
+    let mut words = usize::from(shape.inputs);
+    for ((_, program), code) in graph.programs.iter().zip(&kept.code) {
+        let offset = usize::from(program.offset);
+        for instruction in code {
+            let kinds = instruction.op.operands();
+            for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
+                if !source.observed {
+                    continue;
+                }
+                let end = match kind {
+                    Operand::V => offset + width,
+                    Operand::M => offset + width * width,
+                    Operand::VElement | Operand::MElement => {
+                        offset + usize::from(source.element) + 1
+                    }
+                    Operand::SOrVElement if source.of_vector => {
+                        offset + usize::from(source.element) + 1
+                    }
+                    _ => continue,
+                };
+                words = words.max(end);
+            }
+        }
+    }
+    words
+}
+
+fn number<K: Ord>(ids: impl Iterator<Item = K>) -> BTreeMap<K, u16> {
+    ids.enumerate().map(|(k, id)| (id, k as u16)).collect()
+}
+
+fn limit(what: &'static str, needed: usize, limit: usize) -> Result<(), LowerError> {
+    if needed > limit {
+        return Err(LowerError::TooLarge {
+            what,
+            needed,
+            limit,
+        });
+    }
+    Ok(())
+}
+
+/// A number for a 16-bit field.
+fn small(what: &'static str, value: usize) -> Result<u16, LowerError> {
+    limit(what, value, usize::from(u16::MAX))?;
+    Ok(value as u16)
+}

@@ -1,0 +1,7 @@
+//! The command `tpg`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    tpg_trainer::cli::main()
+}

@@ -1,0 +1,242 @@
+//! Checkpoints: everything that a run needs to go on, in one file that is replaced as a whole.
+
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use super::{Record, Session};
+use crate::config::{Blueprint, Config};
+use crate::evolve::{Action, Instruction, Population, Program, ProgramId, Team, TeamId};
+
+const MAGIC: &[u8; 8] = b"TPGCHKPT";
+const VERSION: u32 = 1;
+const DIGEST_BYTES: usize = 32;
+
+/// Why a checkpoint could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The file system said no.
+    #[error("cannot {action} {path}")]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// What came of it.
+        source: std::io::Error,
+    },
+    /// The file is no checkpoint, or a damaged one.
+    #[error("{path} is no checkpoint: {why}")]
+    Malformed {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+}
+
+/// A program as stored: its constants stand in a table of their own, since clones share them.
+#[derive(Serialize, Deserialize)]
+struct StoredProgram {
+    id: ProgramId,
+    instructions: Vec<Instruction>,
+    constants: u32,
+    offset: u16,
+    action: Action,
+}
+
+#[derive(Serialize, Deserialize)]
+struct StoredTeam {
+    id: TeamId,
+    members: Vec<ProgramId>,
+    memory: u32,
+    stream_key: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    config: String,
+    seed: u64,
+    generation: u64,
+    steps: u64,
+    seconds: f64,
+    next_team: u64,
+    next_program: u64,
+    roots: Vec<TeamId>,
+    records: Vec<(TeamId, Record)>,
+    teams: Vec<StoredTeam>,
+    programs: Vec<StoredProgram>,
+    constants: Vec<Arc<[f32]>>,
+}
+
+/// Blocks of constants, each once however many genomes share it.
+#[derive(Default)]
+struct Blocks {
+    numbers: BTreeMap<*const f32, u32>,
+    blocks: Vec<Arc<[f32]>>,
+}
+
+impl Blocks {
+    fn number(&mut self, block: &Arc<[f32]>) -> u32 {
+        let next = self.blocks.len() as u32;
+        let number = *self.numbers.entry(block.as_ptr()).or_insert(next);
+        if number == next {
+            self.blocks.push(block.clone());
+        }
+        number
+    }
+}
+
+/// Writes a checkpoint to a temporary file beside `path`, then renames it, so that a crash leaves the old one.
+///
+/// # Errors
+/// [`CheckpointError::Io`].
+pub fn save(session: &Session, path: &Path) -> Result<(), CheckpointError> {
+    let io = |action| {
+        move |source| CheckpointError::Io {
+            action,
+            path: path.to_owned(),
+            source,
+        }
+    };
+    let population = &session.population;
+    let mut blocks = Blocks::default();
+    let teams = population
+        .teams
+        .iter()
+        .map(|(id, team)| StoredTeam {
+            id: *id,
+            members: team.members.clone(),
+            memory: blocks.number(&team.memory),
+            stream_key: team.stream_key,
+        })
+        .collect();
+    let programs = population
+        .programs
+        .iter()
+        .map(|(id, program)| StoredProgram {
+            id: *id,
+            instructions: program.instructions.clone(),
+            constants: blocks.number(&program.constants),
+            offset: program.offset,
+            action: program.action,
+        })
+        .collect();
+    let stored = Stored {
+        config: toml::to_string(&session.config).map_err(|e| malformed(path, &e))?,
+        seed: session.seed,
+        generation: session.generation,
+        steps: session.steps,
+        seconds: session.seconds,
+        next_team: population.next_team,
+        next_program: population.next_program,
+        roots: population.roots.clone(),
+        records: session.records.iter().map(|(id, r)| (*id, *r)).collect(),
+        teams,
+        programs,
+        constants: blocks.blocks,
+    };
+    let body = postcard::to_stdvec(&stored).map_err(|e| malformed(path, &e))?;
+    let temporary = path.with_extension("tmp");
+    let mut file = std::fs::File::create(&temporary).map_err(io("create"))?;
+    file.write_all(MAGIC)
+        .and_then(|()| file.write_all(&VERSION.to_le_bytes()))
+        .and_then(|()| file.write_all(&Sha256::digest(&body)))
+        .and_then(|()| file.write_all(&body))
+        .and_then(|()| file.sync_all())
+        .map_err(io("write"))?;
+    std::fs::rename(&temporary, path).map_err(io("replace"))
+}
+
+/// Reads a checkpoint.
+///
+/// # Errors
+/// [`CheckpointError`] if the file cannot be read, is damaged, or was written by another version.
+pub fn load(path: &Path) -> Result<Session, CheckpointError> {
+    let bytes = std::fs::read(path).map_err(|source| CheckpointError::Io {
+        action: "read",
+        path: path.to_owned(),
+        source,
+    })?;
+    let rest = bytes
+        .strip_prefix(MAGIC)
+        .ok_or_else(|| malformed(path, &"it does not begin as one"))?;
+    let (version, rest) = rest
+        .split_first_chunk::<4>()
+        .ok_or_else(|| malformed(path, &"it is truncated"))?;
+    let version = u32::from_le_bytes(*version);
+    if version != VERSION {
+        let why = format!(
+            "it has version {version}, this build reads version {VERSION}; \
+             resume it with the build that wrote it"
+        );
+        return Err(malformed(path, &why));
+    }
+    let (digest, body) = rest
+        .split_first_chunk::<DIGEST_BYTES>()
+        .ok_or_else(|| malformed(path, &"it is truncated"))?;
+    if Sha256::digest(body).as_slice() != digest {
+        return Err(malformed(path, &"its checksum differs, so it is damaged"));
+    }
+    let stored: Stored = postcard::from_bytes(body).map_err(|e| malformed(path, &e))?;
+    restore(stored).map_err(|why| malformed(path, &why))
+}
+
+fn malformed(path: &Path, why: &dyn ToString) -> CheckpointError {
+    CheckpointError::Malformed {
+        path: path.to_owned(),
+        why: why.to_string(),
+    }
+}
+
+/// Rebuilds a session and checks that everything that is named exists.
+fn restore(stored: Stored) -> Result<Session, String> {
+    let config: Config = toml::from_str(&stored.config).map_err(|e| e.to_string())?;
+    let blueprint = Blueprint::new(&config).map_err(|e| e.to_string())?;
+    let block = |number: u32| {
+        let block = stored.constants.get(number as usize).cloned();
+        block.ok_or_else(|| format!("it lacks block {number} of constants"))
+    };
+    let mut population = Population {
+        roots: stored.roots,
+        next_team: stored.next_team,
+        next_program: stored.next_program,
+        ..Population::default()
+    };
+    for program in stored.programs {
+        let restored = Program {
+            instructions: program.instructions,
+            constants: block(program.constants)?,
+            offset: program.offset,
+            action: program.action,
+        };
+        population.programs.insert(program.id, Arc::new(restored));
+    }
+    for team in stored.teams {
+        let restored = Team {
+            members: team.members,
+            memory: block(team.memory)?,
+            stream_key: team.stream_key,
+        };
+        population.teams.insert(team.id, Arc::new(restored));
+    }
+    let records: BTreeMap<TeamId, Record> = stored.records.into_iter().collect();
+    if !population.is_closed() || !population.roots.iter().all(|r| records.contains_key(r)) {
+        return Err("it names teams, programs or scores that it does not hold".into());
+    }
+    Ok(Session {
+        config,
+        blueprint,
+        seed: stored.seed,
+        generation: stored.generation,
+        steps: stored.steps,
+        seconds: stored.seconds,
+        population,
+        records,
+    })
+}

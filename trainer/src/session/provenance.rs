@@ -1,0 +1,19 @@
+//! The hash that names the run behind a policy.
+
+use sha2::{Digest as _, Sha256};
+
+use crate::config::Config;
+
+/// First half of SHA-256 over configuration, seed, generation and format version.
+///
+/// Threads, budget and paths are no part of it: they do not change a policy.
+pub(super) fn hash(config: &Config, seed: u64, generation: u64) -> [u8; 16] {
+    let mut hasher = Sha256::new();
+    // Writing a configuration as TOML cannot fail: it holds tables, numbers and text alone.
+    hasher.update(toml::to_string(config).unwrap_or_default());
+    hasher.update(seed.to_le_bytes());
+    hasher.update(generation.to_le_bytes());
+    hasher.update(tpg_runtime::blob::VERSION.to_le_bytes());
+    let digest: [u8; 32] = hasher.finalize().into();
+    digest.first_chunk::<16>().copied().unwrap_or_default()
+}

@@ -1,0 +1,54 @@
+//! What a run says of each generation.
+
+use serde::Serialize;
+
+/// One row of `log.csv`; the fields' names are its columns.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GenerationReport {
+    /// Generations completed.
+    pub generation: u64,
+    /// Environment steps so far.
+    pub steps: u64,
+    /// The champion's training score: mean return of its training episodes.
+    pub best: f64,
+    /// Mean training score of the surviving roots.
+    pub mean: f64,
+    /// The champion's team number, unique in the run.
+    pub champion: u64,
+    /// Teams that the champion can reach.
+    pub champion_teams: u16,
+    /// Programs of those teams.
+    pub champion_programs: u16,
+    /// Effective instructions of those programs.
+    pub champion_instructions: u32,
+    /// Instructions that the champion executed per decision in training.
+    pub instructions_mean: f64,
+    /// Teams in the population.
+    pub teams: usize,
+    /// Programs in the population.
+    pub programs: usize,
+    /// New teams that were too large to be scored.
+    pub unscorable: u64,
+    /// Episodes that an unstable simulation ended.
+    pub unstable: u64,
+    /// Seconds of training so far; the only column that differs between equal runs.
+    pub seconds: f64,
+}
+
+/// The columns of `log.csv`, in order.
+pub const LOG_COLUMNS: [&str; 14] = [
+    "generation",
+    "steps",
+    "best",
+    "mean",
+    "champion",
+    "champion_teams",
+    "champion_programs",
+    "champion_instructions",
+    "instructions_mean",
+    "teams",
+    "programs",
+    "unscorable",
+    "unstable",
+    "seconds",
+];

@@ -1,0 +1,30 @@
+//! The plants that policies control: what they are, their physics, and what of them a policy may see.
+//!
+//! [`create`] makes a [`Task`] by name. Gymnasium's definitions are the reference for each of them, and every task
+//! takes its randomness from an [`Rng`] of its caller, so that a seed fixes an episode.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `spec` | [`Task`], [`Spec`] and their parts |
+//! | `registry` | the table of names, [`create`] |
+//! | `rng` | [`Rng`], the random stream of initial states and masks |
+//! | `observability` | [`Observability`]: what a policy sees, as a word |
+//! | `wrappers` | [`Wrappers`]: the same at work |
+//! | `cartpole` | [`CartPole`], computed here |
+//! | `mujoco` | the robots simulated by MuJoCo (feature `mujoco`) |
+
+mod cartpole;
+#[cfg(feature = "mujoco")]
+pub mod mujoco;
+mod observability;
+mod registry;
+mod rng;
+mod spec;
+mod wrappers;
+
+pub use cartpole::CartPole;
+pub use observability::{Observability, ObservabilityError, parse_stack, stack_text};
+pub use registry::{UnknownTask, create, names, simulator_version};
+pub use rng::Rng;
+pub use spec::{ActionSpace, Channel, Spec, Step, Task};
+pub use wrappers::Wrappers;

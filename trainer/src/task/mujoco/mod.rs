@@ -1,0 +1,21 @@
+//! Robots simulated by MuJoCo, as Gymnasium defines them.
+//!
+//! The models are Gymnasium's own files, which `scripts/setup` fetches and the build embeds. `scripts/parity` holds
+//! observations, rewards and ends to Gymnasium's in every bit. A further robot is one more file beside
+//! [`Hopper`]'s, and its rows in the table of names.
+
+mod double_pendulum;
+mod hopper;
+mod sim;
+
+pub use double_pendulum::DoublePendulum;
+pub use hopper::Hopper;
+
+/// The version of Gymnasium's environment that a task follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Version {
+    /// The version that the thesis used.
+    V4,
+    /// Gymnasium's latest: no bonus on the step of a failure.
+    V5,
+}

@@ -1,0 +1,142 @@
+//! What the MuJoCo tasks share: one model for the process, one state for each instance.
+
+use crate::task::Step;
+use mujoco_rs::{
+    prelude::{MjData, MjLogMessage, MjModel, MjtDisableBit, MjtLogLevel, set_log_handler},
+    util::assert_mujoco_version,
+};
+use std::sync::{Arc, Once, OnceLock};
+use tpg_runtime::Action;
+
+/// What MuJoCo need not compute: nothing reads sensors, and constraint islands cost more than they save in one small
+/// robot. Neither changes a bit of the physics.
+const IDLE: i32 = MjtDisableBit::mjDSBL_ISLAND as i32 | MjtDisableBit::mjDSBL_SENSOR as i32;
+
+/// A robot's model, compiled when it is first needed and shared by all its instances.
+pub(super) struct Model {
+    xml: &'static str,
+    disabled: i32,
+    compiled: OnceLock<Arc<MjModel>>,
+}
+
+impl Model {
+    /// Describes a model whose bodies may touch.
+    pub(super) const fn new(xml: &'static str) -> Self {
+        Self {
+            xml,
+            disabled: IDLE,
+            compiled: OnceLock::new(),
+        }
+    }
+
+    /// Describes a model in which no pair of bodies can touch, so that looking for contacts is wasted.
+    pub(super) const fn without_contacts(xml: &'static str) -> Self {
+        Self {
+            xml,
+            disabled: IDLE | MjtDisableBit::mjDSBL_CONTACT as i32,
+            compiled: OnceLock::new(),
+        }
+    }
+
+    fn get(&self) -> Arc<MjModel> {
+        let compile = || {
+            silence();
+            // The build checked the file against its hash, so only a broken MuJoCo can refuse it.
+            let mut model =
+                MjModel::from_xml_string(self.xml).expect("MuJoCo compiles Gymnasium's model");
+            model.opt_mut().disableflags |= self.disabled;
+            Arc::new(model)
+        };
+        Arc::clone(self.compiled.get_or_init(compile))
+    }
+}
+
+/// Keeps MuJoCo from writing its log file into the working directory; once, before anything else of MuJoCo runs.
+fn silence() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        assert_mujoco_version();
+        // SAFETY: no other thread may use MuJoCo meanwhile. This crate uses it through `Model::get` alone, which comes
+        // here first, and `call_once` holds back every other thread until the handler is in place.
+        unsafe { set_log_handler(report) };
+    });
+}
+
+/// Tells why MuJoCo is about to end the process. Warnings are counted in the state, where [`Sim::advance`] finds them.
+fn report(message: &MjLogMessage) {
+    if message.level() == MjtLogLevel::mjLOG_ERROR {
+        eprintln!("error: MuJoCo: {}", message.subject());
+    }
+}
+
+/// The state of one simulated robot.
+#[derive(Debug)]
+pub(super) struct Sim {
+    pub(super) data: MjData<Arc<MjModel>>,
+    frame_skip: u32,
+}
+
+impl Sim {
+    /// Makes a robot that takes `frame_skip` steps of physics for each control step.
+    pub(super) fn new(model: &Model, frame_skip: u32) -> Self {
+        Self {
+            data: MjData::new(model.get()),
+            frame_skip,
+        }
+    }
+
+    /// Simulated seconds of one control step, multiplied as Gymnasium does.
+    pub(super) fn period(&self) -> f64 {
+        self.data.model().opt().timestep * f64::from(self.frame_skip)
+    }
+
+    /// Starts from a state that `place` makes out of the model's initial positions and of velocities of zero.
+    ///
+    /// Everything else that MuJoCo carries from step to step, its warm start and its warnings too, starts afresh.
+    pub(super) fn reset(&mut self, place: impl FnOnce(&mut MjData<Arc<MjModel>>)) {
+        self.data.reset();
+        place(&mut self.data);
+        self.data.forward();
+    }
+
+    /// Advances by one control step and says whether the state is still good.
+    ///
+    /// MuJoCo answers a bad state by putting the robot back to the start in the middle of the episode, a jump that
+    /// evolution would learn to exploit; the counts of its warnings tell. No `forward` follows the last step: Gymnasium
+    /// reads quantities of one step of physics before, and so do the tasks.
+    pub(super) fn advance(&mut self, control: &[f32]) -> bool {
+        for (out, &value) in self.data.ctrl_mut().iter_mut().zip(control) {
+            *out = f64::from(value);
+        }
+        for _ in 0..self.frame_skip {
+            self.data.step();
+        }
+        // mjWARN_BADQPOS, BADQVEL, BADQACC and BADCTRL.
+        self.data.warning()[3..=6]
+            .iter()
+            .all(|warning| warning.number == 0)
+    }
+}
+
+/// The outcome of a step in which the simulation failed.
+pub(super) const UNSTABLE: Step = Step {
+    reward: 0.0,
+    terminated: true,
+    unstable: true,
+};
+
+/// The values of an action, zero where it has none.
+pub(super) fn control<const N: usize>(action: Action<'_>) -> [f32; N] {
+    let values = match action {
+        Action::Continuous(values) => values,
+        Action::Discrete(_) => &[],
+    };
+    std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
+}
+
+/// Squares through C's `pow`, as NumPy's `**` does; the bits can differ from those of a product.
+///
+/// The black box keeps the compiler from turning the call into that product.
+pub(super) fn square(x: f64) -> f64 {
+    x.powf(std::hint::black_box(2.0))
+}

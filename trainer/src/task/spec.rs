@@ -1,0 +1,123 @@
+//! What every task offers.
+
+use super::Rng;
+use tpg_runtime::Action;
+
+/// What a task is, apart from its physics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spec {
+    /// Full name, which ends in a version that changes whenever results can change, such as `hopper-v4`.
+    pub name: String,
+    /// The elements of the observation, in order.
+    pub inputs: Vec<Channel>,
+    /// The values that the action sets, in order; for a discrete task one channel, the action's index.
+    pub outputs: Vec<Channel>,
+    /// The actions that the task accepts.
+    pub actions: ActionSpace,
+    /// Steps after which the caller ends an episode that did not end by itself.
+    pub max_steps: u32,
+    /// Simulated time between two decisions, in microseconds.
+    pub period_us: u32,
+}
+
+/// One element of an observation or of an action.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Channel {
+    /// What the value is, in lower case with underscores.
+    pub name: String,
+    /// What 1.0 stands for, such as `m/s`, or `200 N m` for a motor driven by a number from -1 to 1; `index` for an
+    /// action's index.
+    pub unit: String,
+    /// Whether the value is a velocity, which [`Observability::VelocitiesRemoved`](super::Observability) hides.
+    pub velocity: bool,
+}
+
+/// The actions that a task accepts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ActionSpace {
+    /// An index below this number.
+    Discrete(u16),
+    /// Several values, each within the same range.
+    Continuous {
+        /// How many values an action has.
+        len: u16,
+        /// The least value of each.
+        low: f32,
+        /// The greatest value of each.
+        high: f32,
+    },
+}
+
+/// The outcome of one control step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Reward of this step; 0 when the simulation became unstable.
+    pub reward: f64,
+    /// Whether the episode ended here, by failure or by success; reaching [`Spec::max_steps`] is the caller's to see.
+    pub terminated: bool,
+    /// Whether the simulator lost the state, so that the episode failed and its state means nothing.
+    pub unstable: bool,
+}
+
+/// A plant that a policy controls.
+///
+/// `reset` and `step` never allocate, lock or log after the first use of a task in a process.
+pub trait Task: Send {
+    /// What the task is.
+    fn spec(&self) -> &Spec;
+
+    /// Starts an episode from a random initial state, leaving nothing of the last one.
+    ///
+    /// An instance that was used before and a fresh one give the same bits afterwards.
+    fn reset(&mut self, rng: &mut Rng);
+
+    /// Writes the observation, one value for each of [`Spec::inputs`].
+    ///
+    /// Each value is computed in f64 and rounded once; a value that f32 cannot hold as a finite number becomes 0. Of
+    /// a slice that is too short or too long only the common part is written.
+    fn observe(&self, observation: &mut [f32]);
+
+    /// Advances the plant by one control period under an action within [`Spec::actions`].
+    ///
+    /// An action of the wrong kind is no control: zero for a continuous task, index 0 for a discrete one.
+    fn step(&mut self, action: Action<'_>) -> Step;
+}
+
+/// One row of a table of channels: name, unit, whether it is a velocity.
+pub(super) type ChannelRow = (&'static str, &'static str, bool);
+
+/// Turns a table of channels into the form that [`Spec`] has.
+pub(super) fn channels(rows: &[ChannelRow]) -> Vec<Channel> {
+    let channel = |&(name, unit, velocity): &ChannelRow| Channel {
+        name: name.into(),
+        unit: unit.into(),
+        velocity,
+    };
+    rows.iter().map(channel).collect()
+}
+
+/// Writes values as an observation, by the rule of [`Task::observe`].
+pub(super) fn write(observation: &mut [f32], values: &[f64]) {
+    for (out, &value) in observation.iter_mut().zip(values) {
+        let rounded = value as f32;
+        *out = if rounded.is_finite() { rounded } else { 0.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn non_finite_values_are_observed_as_zero() {
+        let mut observation = [1.0; 5];
+        write(
+            &mut observation,
+            &[f64::NAN, f64::INFINITY, 1e300, 0.1, -2.0],
+        );
+        assert_eq!(
+            observation.map(f32::to_bits),
+            [0.0, 0.0, 0.0, 0.1, -2.0f32].map(f32::to_bits)
+        );
+    }
+}
