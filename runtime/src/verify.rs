@@ -354,10 +354,10 @@ fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError>
             u32::from(header.actions),
         )?;
     }
-    let stateless = header.register_mode == RegisterMode::Stateless;
-    if stateless != (header.reset_scope == ResetScope::EveryDecision)
-        || (stateless && header.memory_model != MemoryModel::None)
-    {
+    // Nothing outlives a decision exactly where registers and memory both do not.
+    let stateless =
+        header.register_mode == RegisterMode::Stateless && header.memory_model == MemoryModel::None;
+    if stateless != (header.reset_scope == ResetScope::EveryDecision) {
         return Err(VerifyError::Header {
             field: "reset scope for its register mode and memory model",
             needed: if stateless {

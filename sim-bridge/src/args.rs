@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use crate::link::RunName;
+use crate::error::BridgeError;
+use crate::interrupt;
+use crate::message::Role;
+use crate::run::RunName;
 
 /// How long to wait for the other process.
 #[derive(Debug, Clone, Copy, clap::Args)]
@@ -29,7 +32,28 @@ pub struct LinkArgs {
     /// How long to wait.
     #[command(flatten)]
     pub timeout: TimeoutArgs,
-    /// Say nothing on standard error but errors.
+    /// Say nothing but errors, and end when standard input closes: for `tpg-hil`, which starts both.
     #[arg(long)]
-    pub quiet: bool,
+    pub attached: bool,
+}
+
+impl LinkArgs {
+    /// Prepares the process to be asked to stop.
+    ///
+    /// # Errors
+    /// Those of [`interrupt::install`].
+    pub fn prepare(&self) -> Result<(), BridgeError> {
+        interrupt::install()?;
+        if self.attached {
+            interrupt::follow_standard_input();
+        }
+        Ok(())
+    }
+
+    /// Tells the user who was found.
+    pub fn announce(&self, peer: Role, pid: u32) {
+        if !self.attached {
+            eprintln!("connected to {peer}, process {pid}");
+        }
+    }
 }

@@ -9,7 +9,8 @@ use tpg_runtime::isa::FINGERPRINT;
 use tpg_runtime::{Header, Policy};
 
 use crate::error::BridgeError;
-use crate::message::{LAYOUT, MAX_ACTION, MAX_OBSERVATION, hash_of};
+use crate::hash;
+use crate::message::{LAYOUT, MAX_ACTION, MAX_OBSERVATION};
 
 /// Names and values that each process publishes about itself, as attributes of its service.
 ///
@@ -44,7 +45,11 @@ impl Contract {
             ("control period", format!("{} us", header.control_period_us)),
             (
                 "policy",
-                format!("{:016x} of {} bytes", hash_of(blob), blob.len()),
+                format!(
+                    "{:016x} of {} bytes",
+                    hash::bytes(hash::START, blob),
+                    blob.len()
+                ),
             ),
         ];
         Ok(Contract { rows })
@@ -108,5 +113,65 @@ fn action_text(header: &Header) -> String {
             let (low, high) = (header.action_low, header.action_high);
             format!("{kind}, {count} values from {low:?} to {high:?}")
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn contract() -> Contract {
+        let rows = [
+            "layout",
+            "format",
+            "isa",
+            "observation",
+            "action",
+            "period",
+            "policy",
+        ];
+        Contract {
+            rows: rows.map(|row| (row, "1".to_string())),
+        }
+    }
+
+    fn published(contract: &Contract) -> AttributeSpecifier {
+        contract.attributes().unwrap()
+    }
+
+    #[test]
+    fn equal_contracts_do_not_differ() {
+        assert_eq!(
+            contract().difference(published(&contract()).attributes()),
+            None
+        );
+    }
+
+    #[test]
+    fn difference_names_the_row_both_values_and_the_way_out() {
+        let mut other = contract();
+        other.rows[3].1 = "2".into();
+        other.rows[6].1 = "3".into();
+        let expected = "observation is 1 here, 2 there; policy is 1 here, 3 there";
+        assert_eq!(
+            contract().difference(published(&other).attributes()),
+            Some((expected.into(), "give both the same FILE.tpg"))
+        );
+        other.rows[0].1 = "4".into();
+        let (_, advice) = contract()
+            .difference(published(&other).attributes())
+            .unwrap();
+        assert_eq!(advice, "use programs of one and the same build");
+    }
+
+    #[test]
+    fn foreign_services_miss_every_row() {
+        let (text, _) = contract()
+            .difference(AttributeSpecifier::new().attributes())
+            .unwrap();
+        assert!(
+            text.starts_with("layout is 1 here, missing there"),
+            "{text}"
+        );
     }
 }

@@ -6,8 +6,9 @@ use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
 use crate::contract::Contract;
 use crate::error::BridgeError;
-use crate::link::{Link, RunName};
+use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
+use crate::run::RunName;
 
 /// An agent at the other end of a link.
 #[derive(Debug)]

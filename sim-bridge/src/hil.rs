@@ -13,15 +13,14 @@ use clap::Parser;
 use tpg_trainer::cli::{Failure, ScoreArgs, Status};
 
 use crate::args::TimeoutArgs;
-use crate::domain;
 use crate::interrupt;
-use crate::link::RunName;
 use crate::outcome::{failure, status_of_code};
+use crate::run::{self, RunName};
 
 /// Time between two looks at the children.
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
-/// Time that a child gets to end by itself after the other one has ended, or after Ctrl-C.
-const GRACE: Duration = Duration::from_secs(2);
+/// Time that a child gets to end by itself after the other one, and again after it was asked to.
+const GRACE: Duration = Duration::from_secs(1);
 
 /// Score a policy in another process than the simulator.
 ///
@@ -53,17 +52,24 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
     let setup = args.score.resolve()?;
     setup.arena()?;
     interrupt::install().map_err(failure)?;
-    let run = RunName::unique().to_string();
+    let name = RunName::unique().to_string();
     let mut plant = Part::start("tpg-plant", |command| {
         command
-            .args(["--run", &run, "--quiet"])
+            .args(["--run", &name, "--attached"])
             .args(forwarded)
             .stdout(Stdio::piped());
     })?;
     let mut controller = Part::start("tpg-controller", |command| {
         let timeout_ms = args.timeout.timeout_ms.to_string();
         command
-            .args(["--run", &run, "--quiet", "--timeout-ms", &timeout_ms, "--"])
+            .args([
+                "--run",
+                &name,
+                "--attached",
+                "--timeout-ms",
+                &timeout_ms,
+                "--",
+            ])
             .arg(&setup.file)
             .stdout(Stdio::null());
     })?;
@@ -77,7 +83,7 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
     let watched = watch(&mut plant, &mut controller);
     if plant.killed || controller.killed || watched.is_err() {
         drop((plant, controller));
-        domain::sweep();
+        run::sweep();
     }
     watched?;
     let text = reader
@@ -100,7 +106,8 @@ impl Part {
     fn start(name: &'static str, prepare: impl FnOnce(&mut Command)) -> Result<Self, Failure> {
         let path = sibling(name)?;
         let mut command = Command::new(&path);
-        command.stdin(Stdio::null());
+        // The pipe closes when this process ends, in whatever way, and the child ends with it.
+        command.stdin(Stdio::piped());
         prepare(&mut command);
         let child = command
             .spawn()
@@ -128,6 +135,11 @@ impl Part {
                 .map(|status| (status, Instant::now()));
         }
         Ok(())
+    }
+
+    /// Asks the child to end.
+    fn stop(&mut self) {
+        drop(self.child.stdin.take());
     }
 
     fn kill(&mut self) -> io::Result<()> {
@@ -170,22 +182,28 @@ fn sibling(name: &str) -> io::Result<PathBuf> {
 
 /// Waits until both have ended; kills the one that does not follow the other in time.
 fn watch(plant: &mut Part, controller: &mut Part) -> Result<(), Failure> {
-    let mut stopping = None;
+    let mut interrupted = None;
     loop {
         plant.look()?;
         controller.look()?;
         let ends = [&*plant, &*controller].map(|part| part.ended.map(|(_, at)| at));
-        if interrupt::requested() {
-            stopping.get_or_insert_with(Instant::now);
+        if let [Some(_), Some(_)] = ends {
+            break;
         }
-        let since = match ends {
-            [Some(_), Some(_)] => break,
-            [one, other] => one.or(other).or(stopping),
-        };
-        if since.is_some_and(|since| since.elapsed() >= GRACE) {
+        if interrupt::requested() {
+            interrupted.get_or_insert_with(Instant::now);
+        }
+        // Where one has failed, the other has the time to say what it saw before it is stopped.
+        let waited = ends.into_iter().flatten().min().map(|end| end.elapsed());
+        if interrupted.is_some() || waited.is_some_and(|waited| waited >= GRACE) {
+            plant.stop();
+            controller.stop();
+        }
+        let overdue = waited.is_some_and(|waited| waited >= 2 * GRACE)
+            || interrupted.is_some_and(|since: Instant| since.elapsed() >= GRACE);
+        if overdue {
             plant.kill()?;
             controller.kill()?;
-            break;
         }
         thread::sleep(LOOK_INTERVAL);
     }

@@ -1,26 +1,36 @@
-//! Ctrl-C and termination requests: a flag that every wait looks at.
+//! Requests to stop: Ctrl-C, termination, or the end of the process that started this one.
 
+use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use crate::error::BridgeError;
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Turns the signals into the flag, from now on, in this process.
-///
-/// iceoryx2 puts handlers of its own in place when it first needs one: a process that joins a loop calls
-/// this after [`Link::open`](crate::Link::open), which has it do so.
+/// Turns the signals into a flag that every wait looks at, so that shared memory is cleared away in the end.
 ///
 /// # Errors
 /// [`BridgeError::Signals`] with what the system said.
 pub fn install() -> Result<(), BridgeError> {
-    Ok(ctrlc::set_handler(|| {
-        REQUESTED.store(true, Ordering::Relaxed);
-    })?)
+    Ok(ctrlc::set_handler(request)?)
 }
 
-/// Whether the user asked to stop.
+/// Sets the flag when standard input closes, which it does when the process at its other end dies, however it dies.
+pub fn follow_standard_input() {
+    thread::spawn(|| {
+        // What comes is of no interest, only that nothing more can come.
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+        request();
+    });
+}
+
+/// Whether somebody asked to stop.
 #[must_use]
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
+}
+
+fn request() {
+    REQUESTED.store(true, Ordering::Relaxed);
 }

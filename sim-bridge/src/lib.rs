@@ -22,6 +22,7 @@ mod contract;
 mod controller;
 mod domain;
 mod error;
+mod hash;
 #[cfg(feature = "plant")]
 pub mod hil;
 pub mod interrupt;
@@ -29,16 +30,18 @@ mod link;
 pub mod message;
 #[cfg(feature = "plant")]
 mod outcome;
+mod peer;
 #[cfg(feature = "plant")]
 mod plant;
+mod run;
 
 pub use args::{LinkArgs, TimeoutArgs};
 pub use contract::Contract;
 pub use controller::Server;
-pub use domain::sweep;
 pub use error::BridgeError;
-pub use link::{Link, RunName};
+pub use link::Link;
 #[cfg(feature = "plant")]
 pub use outcome::{Outcome, failure, status};
 #[cfg(feature = "plant")]
 pub use plant::{Latency, RemoteController};
+pub use run::{RunName, sweep};

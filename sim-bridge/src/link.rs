@@ -3,24 +3,23 @@
 //! Each process creates the service that it sends on, with its [`Contract`] as attributes, and opens the
 //! other's. So both see both contracts, whoever starts first.
 
-use std::fmt;
-use std::str::FromStr;
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
-use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::{publisher::Publisher, subscriber::Subscriber};
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as OpenError,
 };
-use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Service;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use crate::contract::Contract;
-use crate::domain::{self, Fate};
+use crate::domain;
 use crate::error::BridgeError;
 use crate::interrupt;
 use crate::message::Message;
+use crate::peer::Peer;
+use crate::run::{Presence, RunName};
 
 /// Silence after which a wait looks whether the peer still lives.
 const LIVENESS_INTERVAL: Duration = Duration::from_millis(100);
@@ -31,49 +30,20 @@ const REFUSAL_STAY: Duration = Duration::from_millis(500);
 /// Messages that may lie unread; lock-step never needs more than one.
 const UNREAD: usize = 4;
 
-/// Name of a run, which both of its processes must be given.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RunName(String);
-
-impl RunName {
-    /// A name that no other run on this machine has.
-    #[must_use]
-    pub fn unique() -> Self {
-        let now = SystemTime::now().duration_since(UNIX_EPOCH);
-        let nanos = now.map_or(0, |d| d.as_nanos());
-        RunName(format!("{}-{nanos:x}", std::process::id()))
-    }
-}
-
-impl FromStr for RunName {
-    type Err = BridgeError;
-
-    fn from_str(name: &str) -> Result<Self, BridgeError> {
-        let allowed = |b: u8| b.is_ascii_alphanumeric() || b"-_.".contains(&b);
-        if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
-            Ok(RunName(name.into()))
-        } else {
-            Err(BridgeError::RunName { name: name.into() })
-        }
-    }
-}
-
-impl fmt::Display for RunName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
+/// A service that carries messages `M`.
+type Service<M> = PortFactory<ipc::Service, M, ()>;
 
 /// An end of a loop that sends `S` and receives `R`.
 #[derive(Debug)]
 pub struct Link<S: Message, R: Message> {
     publisher: Publisher<ipc::Service, S, ()>,
     subscriber: Subscriber<ipc::Service, R, ()>,
-    theirs: Service<ipc::Service, R, ()>,
+    theirs: Service<R>,
     node: Node<ipc::Service>,
-    peer_node: UniqueNodeId,
-    peer_pid: u32,
+    peer: Peer,
     timeout: Duration,
+    /// Left when everything above is gone.
+    _presence: Presence,
 }
 
 impl<S: Message, R: Message> Link<S, R> {
@@ -89,7 +59,8 @@ impl<S: Message, R: Message> Link<S, R> {
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
         let start = Instant::now();
-        let node = domain::node(&format!("{}/{run}", S::SENDER))?;
+        let presence = Presence::enter(run)?;
+        let node = domain::node(run, S::SENDER.name())?;
         let ours = create::<S>(&node, run, contract)?;
         let publisher = ours
             .publisher_builder()
@@ -98,34 +69,33 @@ impl<S: Message, R: Message> Link<S, R> {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(BridgeError::transport("create a publisher"))?;
-        let pause = |deadline: Duration| {
+        let pause = || {
             if interrupt::requested() {
                 return Err(BridgeError::Interrupted);
             }
             thread::sleep(CONNECT_INTERVAL);
-            Ok(start.elapsed() < deadline)
+            Ok(start.elapsed())
         };
-        let not_connected = || BridgeError::NotConnected {
-            peer: R::SENDER,
-            run: run.to_string(),
-            waited_ms: timeout.as_millis(),
-        };
-        let peer_is_here = || ours.dynamic_config().number_of_subscribers() > 0;
-        let theirs = loop {
-            if let Some(theirs) = open::<R>(&node, run)? {
-                break theirs;
+        let (theirs, peer) = loop {
+            if let Some(met) = meet::<R>(&node, run)? {
+                break met;
             }
-            if !pause(timeout)? {
-                return Err(not_connected());
+            if pause()? >= timeout {
+                return Err(BridgeError::NotConnected {
+                    peer: R::SENDER,
+                    run: run.to_string(),
+                    waited_ms: timeout.as_millis(),
+                });
             }
         };
         let subscriber = theirs
             .subscriber_builder()
             .create()
             .map_err(BridgeError::transport("create a subscriber"))?;
+        let peer_is_here = || ours.dynamic_config().number_of_subscribers() > 0;
         if let Some((difference, advice)) = contract.difference(theirs.attributes()) {
             let stay = start.elapsed() + REFUSAL_STAY;
-            while !peer_is_here() && pause(stay)? {}
+            while !peer_is_here() && pause()? < stay {}
             return Err(BridgeError::Mismatch {
                 peer: R::SENDER,
                 run: run.to_string(),
@@ -134,32 +104,29 @@ impl<S: Message, R: Message> Link<S, R> {
             });
         }
         while !peer_is_here() {
-            if !pause(timeout)? {
-                return Err(not_connected());
+            if theirs.dynamic_config().number_of_publishers() == 0 {
+                return Err(peer.gone(node.config()));
+            }
+            let waited = pause()?;
+            if waited >= timeout {
+                peer.look(node.config(), waited, timeout)?;
             }
         }
-        let mut peer_node = None;
-        ours.dynamic_config().list_subscribers(|subscriber| {
-            peer_node = Some(subscriber.node_id);
-            CallbackProgression::Stop
-        });
-        let peer_node = peer_node.ok_or_else(not_connected)?;
-        let peer_pid = domain::process_of(node.config(), peer_node).unwrap_or(0);
         Ok(Link {
             publisher,
             subscriber,
             theirs,
             node,
-            peer_node,
-            peer_pid,
+            peer,
             timeout,
+            _presence: presence,
         })
     }
 
     /// Process number of the peer.
     #[must_use]
     pub const fn peer_pid(&self) -> u32 {
-        self.peer_pid
+        self.peer.pid
     }
 
     /// Sends a message.
@@ -168,7 +135,7 @@ impl<S: Message, R: Message> Link<S, R> {
     /// [`BridgeError::Left`] if nobody is there to receive it, [`BridgeError::Transport`] if it cannot be sent.
     pub fn send(&self, message: &S) -> Result<(), BridgeError> {
         match self.publisher.send_copy(*message) {
-            Ok(0) => Err(self.gone()),
+            Ok(0) => Err(self.peer.gone(self.node.config())),
             Ok(_) => Ok(()),
             Err(error) => Err(BridgeError::transport("send a message")(error)),
         }
@@ -186,7 +153,7 @@ impl<S: Message, R: Message> Link<S, R> {
             let present = self.theirs.dynamic_config().number_of_publishers() > 0;
             match self.subscriber.receive() {
                 Ok(Some(sample)) => return Ok(*sample.payload()),
-                Ok(None) if !present => return Err(self.gone()),
+                Ok(None) if !present => return Err(self.peer.gone(self.node.config())),
                 Ok(None) => {}
                 Err(error) => return Err(BridgeError::transport("receive a message")(error)),
             }
@@ -195,34 +162,10 @@ impl<S: Message, R: Message> Link<S, R> {
             }
             let waited = start.elapsed();
             if waited >= next_look {
-                self.look(waited)?;
+                self.peer.look(self.node.config(), waited, self.timeout)?;
                 next_look = (waited + LIVENESS_INTERVAL).min(self.timeout);
             }
             thread::yield_now();
-        }
-    }
-
-    /// Finds out why the peer is silent, if that must not go on.
-    #[cold]
-    fn look(&self, waited: Duration) -> Result<(), BridgeError> {
-        match domain::fate(self.node.config(), self.peer_node) {
-            Fate::Alive if waited < self.timeout => Ok(()),
-            Fate::Alive => Err(BridgeError::Silent {
-                peer: R::SENDER,
-                pid: self.peer_pid,
-                waited_ms: waited.as_millis(),
-            }),
-            Fate::Dead | Fate::Gone => Err(self.gone()),
-        }
-    }
-
-    /// Why the peer's port is no longer there.
-    #[cold]
-    fn gone(&self) -> BridgeError {
-        let (peer, pid) = (R::SENDER, self.peer_pid);
-        match domain::fate(self.node.config(), self.peer_node) {
-            Fate::Dead => BridgeError::Died { peer, pid },
-            Fate::Alive | Fate::Gone => BridgeError::Left { peer, pid },
         }
     }
 }
@@ -237,7 +180,7 @@ fn create<M: Message>(
     node: &Node<ipc::Service>,
     run: &RunName,
     contract: &Contract,
-) -> Result<Service<ipc::Service, M, ()>, BridgeError> {
+) -> Result<Service<M>, BridgeError> {
     let created = node
         .service_builder(&service_name::<M>(run)?)
         .publish_subscribe::<M>()
@@ -261,37 +204,47 @@ fn create<M: Message>(
 }
 
 /// Opens the service that the peer sends on; `None` if it is not there yet.
-fn open<M: Message>(
+fn meet<M: Message>(
     node: &Node<ipc::Service>,
     run: &RunName,
-) -> Result<Option<Service<ipc::Service, M, ()>>, BridgeError> {
+) -> Result<Option<(Service<M>, Peer)>, BridgeError> {
     let opened = node
         .service_builder(&service_name::<M>(run)?)
         .publish_subscribe::<M>()
         .open();
-    match opened {
-        Ok(service) if service.dynamic_config().number_of_publishers() > 0 => Ok(Some(service)),
-        // Without a publisher the peer is about to come or to leave.
-        Ok(_) => Ok(None),
+    let service = match opened {
+        Ok(service) => service,
         Err(
             OpenError::DoesNotExist
             | OpenError::HangsInCreation
             | OpenError::IsMarkedForDestruction
             | OpenError::ServiceInCorruptedState,
-        ) => Ok(None),
-        Err(OpenError::ExceedsMaxNumberOfNodes) => Err(BridgeError::Taken {
-            run: run.to_string(),
-            role: M::SENDER.peer(),
-        }),
+        ) => return Ok(None),
+        Err(OpenError::ExceedsMaxNumberOfNodes) => {
+            return Err(BridgeError::Taken {
+                run: run.to_string(),
+                role: M::SENDER.peer(),
+            });
+        }
         Err(
             error @ (OpenError::IncompatibleTypes
             | OpenError::IncompatibleMessagingPattern
             | OpenError::VersionMismatch),
-        ) => Err(BridgeError::Foreign {
-            peer: M::SENDER,
-            run: run.to_string(),
-            source: error.into(),
-        }),
-        Err(error) => Err(BridgeError::transport("open a service")(error)),
-    }
+        ) => {
+            return Err(BridgeError::Foreign {
+                peer: M::SENDER,
+                run: run.to_string(),
+                source: error.into(),
+            });
+        }
+        Err(error) => return Err(BridgeError::transport("open a service")(error)),
+    };
+    // Without a publisher the peer is about to come or to leave.
+    let mut node_id = None;
+    service.dynamic_config().list_publishers(|publisher| {
+        node_id = Some(publisher.node_id);
+        CallbackProgression::Stop
+    });
+    let peer = node_id.map(|node_id| Peer::meet(M::SENDER, node.config(), node_id));
+    Ok(peer.map(|peer| (service, peer)))
 }

@@ -7,6 +7,8 @@ use std::mem::{offset_of, size_of};
 
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::hash;
+
 /// Most elements of an observation that a message holds.
 pub const MAX_OBSERVATION: usize = 512;
 /// Most outputs of a continuous action that a message holds.
@@ -69,13 +71,13 @@ macro_rules! message {
         impl $name {
             /// Continues a hash with names, types and places of the fields.
             const fn hash(hash: u64) -> u64 {
-                let hash = hash_text(hash, $type_name);
+                let hash = hash::text(hash, $type_name);
                 $(
-                    let hash = hash_text(hash, stringify!($field));
-                    let hash = hash_text(hash, stringify!($ty));
-                    let hash = hash_number(hash, offset_of!(Self, $field));
+                    let hash = hash::text(hash, stringify!($field));
+                    let hash = hash::text(hash, stringify!($ty));
+                    let hash = hash::number(hash, offset_of!(Self, $field));
                 )*
-                hash_number(hash, size_of::<Self>())
+                hash::number(hash, size_of::<Self>())
             }
         }
 
@@ -167,8 +169,10 @@ impl ActionMessage {
 }
 
 /// Hash of both messages' layout and of the protocol's version.
-pub const LAYOUT: u64 =
-    ActionMessage::hash(ObservationMessage::hash(hash_number(FNV_OFFSET, PROTOCOL)));
+pub const LAYOUT: u64 = ActionMessage::hash(ObservationMessage::hash(hash::number(
+    hash::START,
+    PROTOCOL,
+)));
 
 macro_rules! coded {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $code:literal,)* }) => {
@@ -233,33 +237,6 @@ coded! {
     }
 }
 
-/// FNV-1a, 64 bits.
-const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
-
-/// Continues a hash with bytes.
-const fn hash_bytes(mut hash: u64, mut rest: &[u8]) -> u64 {
-    while let [byte, tail @ ..] = rest {
-        hash = (hash ^ *byte as u64).wrapping_mul(0x0000_0100_0000_01b3);
-        rest = tail;
-    }
-    hash
-}
-
-/// Continues a hash with a text and its end.
-const fn hash_text(hash: u64, text: &str) -> u64 {
-    hash_bytes(hash_bytes(hash, text.as_bytes()), &[0xff])
-}
-
-const fn hash_number(hash: u64, number: usize) -> u64 {
-    hash_bytes(hash, &(number as u64).to_le_bytes())
-}
-
-/// Hash of some bytes, to tell one policy from another.
-#[must_use]
-pub const fn hash_of(bytes: &[u8]) -> u64 {
-    hash_bytes(FNV_OFFSET, bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -293,14 +270,6 @@ mod tests {
                 a: u32, }
         }
         assert_eq!(size_of::<Forth>(), size_of::<Back>());
-        assert_ne!(Forth::hash(FNV_OFFSET), Back::hash(FNV_OFFSET));
-    }
-
-    #[test]
-    fn hash_is_fnv_1a() {
-        // Published test vectors of FNV-1a, 64 bits.
-        assert_eq!(hash_of(b""), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(hash_of(b"a"), 0xaf63_dc4c_8601_ec8c);
-        assert_eq!(hash_of(b"foobar"), 0x8594_4171_f739_67e8);
+        assert_ne!(Forth::hash(hash::START), Back::hash(hash::START));
     }
 }

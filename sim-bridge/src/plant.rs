@@ -9,8 +9,9 @@ use tpg_trainer::eval::{Controller, Reply};
 
 use crate::contract::Contract;
 use crate::error::BridgeError;
-use crate::link::{Link, RunName};
+use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
+use crate::run::RunName;
 
 /// Longest round trip that the histogram tells from longer ones, in nanoseconds.
 const LONGEST_NS: u64 = 3_600_000_000_000;

@@ -1,4 +1,8 @@
-//! Helpers.
+//! Helpers of the tests that span the crates.
 
 pub mod draft;
+pub mod fixtures;
+pub mod golden;
 pub mod ops;
+pub mod process;
+pub mod samples;

@@ -33,7 +33,9 @@ fn every_operation_computes_its_vectors() {
     }
     for (op, (vectors, Outcome { runs, worst })) in &counts {
         let name = op.mnemonic();
-        println!("{name:18} {vectors:4} vectors, {runs:5} runs, at most {worst:.2} of the allowed error");
+        println!(
+            "{name:18} {vectors:4} vectors, {runs:5} runs, at most {worst:.2} of the allowed error"
+        );
     }
     let missing: Vec<&str> = Op::ALL
         .iter()

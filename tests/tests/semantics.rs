@@ -184,7 +184,7 @@ fn only_programs_that_run_change_their_registers() {
         agent.decide(&[1.0, 0.0, 0.0]).expect("three elements");
     }
     let s1 = |n| agent.words()[usize::from(draft.scalar(n, 1))];
-    assert_eq!([s1(0), s1(1), s1(2)], [4.0, 4.0, 0.0]);
+    assert_eq!(vec![s1(0), s1(1), s1(2)], vec![4.0, 4.0, 0.0]);
 }
 
 /// An accumulator that writes its sum to team memory, in a scope.
@@ -216,7 +216,7 @@ fn clears(scope: ResetScope, what: Reset) -> [bool; 3] {
     let registers = agent.words()[s0].to_bits() == fresh.words()[s0].to_bits();
     let memory = agent.memory() == fresh.memory();
     // Same streams, same slots: compare where the next writes go, from equal memories.
-    let mut slots = |agent: &mut TestAgent<'_>| {
+    let slots = |agent: &mut TestAgent<'_>| {
         (0..20)
             .map(|_| {
                 agent.set_memory(&[0.0; 8]).expect("eight words");

@@ -68,7 +68,7 @@ coded! {
         PerAgent = 2 "per-agent",
         /// Both when an episode starts.
         PerEpisode = 3 "per-episode",
-        /// Registers before every run; for stateless policies.
+        /// Registers before every run; for policies without memory and with stateless registers.
         EveryDecision = 4 "every-decision",
     }
 }

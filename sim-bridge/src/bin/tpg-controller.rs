@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use clap::Parser;
 use tpg_runtime::Policy;
-use tpg_sim_bridge::{BridgeError, LinkArgs, Server, interrupt};
+use tpg_sim_bridge::message::Role;
+use tpg_sim_bridge::{BridgeError, LinkArgs, Server};
 
 /// Execute a policy for a plant in another process.
 ///
@@ -30,29 +31,26 @@ struct Args {
 const BAD_INPUT: u8 = 3;
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("tpg-controller: error: {error:#}");
-            let bridge = error.downcast_ref::<BridgeError>();
-            ExitCode::from(bridge.map_or(BAD_INPUT, BridgeError::status))
-        }
+    let args = Args::parse();
+    let Err(error) = run(&args) else {
+        return ExitCode::SUCCESS;
+    };
+    let bridge = error.downcast_ref::<BridgeError>();
+    // Whoever started both says that the loop was interrupted.
+    if !(args.link.attached && matches!(bridge, Some(BridgeError::Interrupted))) {
+        eprintln!("error: {error:#}");
     }
+    ExitCode::from(bridge.map_or(BAD_INPUT, BridgeError::status))
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {
     let file = args.file.display();
     let blob = std::fs::read(&args.file).with_context(|| format!("cannot read {file}"))?;
     let policy = Policy::load(&blob).with_context(|| format!("cannot use {file}"))?;
-    interrupt::install()?;
     let link = &args.link;
+    link.prepare()?;
     let mut server = Server::connect(policy, &blob, &link.run, link.timeout.timeout())?;
-    if !link.quiet {
-        eprintln!(
-            "tpg-controller: connected to plant, process {}",
-            server.plant_pid()
-        );
-    }
+    link.announce(Role::Plant, server.plant_pid());
     server.serve()?;
     Ok(())
 }

@@ -4,8 +4,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use tpg_runtime::Policy;
-use tpg_sim_bridge::{LinkArgs, Outcome, RemoteController, failure, interrupt, status};
-use tpg_trainer::cli::{Failure, ScoreArgs};
+use tpg_sim_bridge::message::Role;
+use tpg_sim_bridge::{LinkArgs, Outcome, RemoteController, failure, status};
+use tpg_trainer::cli::{Failure, ScoreArgs, Status};
 use tpg_trainer::eval::evaluate;
 
 /// Simulate a task for a controller in another process.
@@ -27,27 +28,26 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    match run(Args::parse()) {
+    let args = Args::parse();
+    match run(args.score, &args.link) {
         Ok(()) => ExitCode::SUCCESS,
+        // Whoever started both says that the loop was interrupted.
+        Err(failure) if args.link.attached && failure.status == Status::Interrupted => {
+            failure.status.into()
+        }
         Err(failure) => failure.report(),
     }
 }
 
-fn run(args: Args) -> Result<(), Failure> {
-    let setup = args.score.resolve()?;
+fn run(score: ScoreArgs, link: &LinkArgs) -> Result<(), Failure> {
+    let setup = score.resolve()?;
     let mut arena = setup.arena()?;
     let policy = Policy::load(&setup.blob).map_err(Failure::bad_input)?;
-    interrupt::install().map_err(failure)?;
-    let link = args.link;
+    link.prepare().map_err(failure)?;
     let connected =
         RemoteController::connect(&policy, &setup.blob, &link.run, link.timeout.timeout());
     let mut controller = connected.map_err(failure)?;
-    if !link.quiet {
-        eprintln!(
-            "tpg-plant: connected to controller, process {}",
-            controller.controller_pid()
-        );
-    }
+    link.announce(Role::Controller, controller.controller_pid());
     let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())
         .map_err(|error| Failure::new(status(&error.source), error))?;
     let latency = controller.finish().map_err(failure)?;

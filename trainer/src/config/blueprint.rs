@@ -195,17 +195,12 @@ fn labels(inputs: &[Channel], outputs: &[Channel], actions: ActionSpace) -> Stri
 
 /// Refuses combinations that no policy can have.
 fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Result<(), ConfigError> {
-    let stateless = contract.register_mode == RegisterMode::Stateless;
+    let stateless = contract.register_mode == RegisterMode::Stateless
+        && contract.memory_model == MemoryModel::None;
     if stateless != (contract.reset_scope == ResetScope::EveryDecision) {
-        let why = "stateless registers go with every-decision, stateful ones with any other scope";
+        let why = "stateless registers without memory go with every-decision, all else with \
+                   another scope";
         return Err(value("policy.reset-scope", &config.policy.reset_scope, why));
-    }
-    if stateless && contract.memory_model != MemoryModel::None {
-        return Err(value(
-            "policy.memory",
-            &config.policy.memory,
-            "stateless policies have no memory",
-        ));
     }
     let has = |group| groups.contains(&group);
     let team = contract.memory_model == MemoryModel::Team;

@@ -1,0 +1,83 @@
+//! The process at the other end: who it is and what has become of it.
+
+use std::time::Duration;
+
+use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::node::NodeView as _;
+use iceoryx2::prelude::*;
+
+use crate::error::BridgeError;
+use crate::message::Role;
+
+/// A process that has been met.
+#[derive(Debug)]
+pub(crate) struct Peer {
+    role: Role,
+    node_id: UniqueNodeId,
+    /// Its number, 0 where it cannot be read.
+    pub(crate) pid: u32,
+}
+
+/// What has become of a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    /// It lives, or cannot be looked at.
+    Alive,
+    /// It ended without clearing up.
+    Dead,
+    /// It has cleared up.
+    Gone,
+}
+
+impl Peer {
+    pub(crate) fn meet(role: Role, config: &Config, node_id: UniqueNodeId) -> Self {
+        let details = match Node::<ipc::Service>::state_of(config, node_id) {
+            Ok(Some(NodeState::Alive(view))) => view.details().clone(),
+            Ok(Some(NodeState::Dead(view))) => view.details().clone(),
+            _ => None,
+        };
+        let pid = details.and_then(|d| u32::try_from(d.process_id().value()).ok());
+        Peer {
+            role,
+            node_id,
+            pid: pid.unwrap_or(0),
+        }
+    }
+
+    /// Finds out why it is silent, if that must not go on; takes about half a millisecond.
+    #[cold]
+    pub(crate) fn look(
+        &self,
+        config: &Config,
+        waited: Duration,
+        timeout: Duration,
+    ) -> Result<(), BridgeError> {
+        match self.fate(config) {
+            Fate::Alive if waited < timeout => Ok(()),
+            Fate::Alive => Err(BridgeError::Silent {
+                peer: self.role,
+                pid: self.pid,
+                waited_ms: waited.as_millis(),
+            }),
+            Fate::Dead | Fate::Gone => Err(self.gone(config)),
+        }
+    }
+
+    /// Why its port is no longer there.
+    #[cold]
+    pub(crate) fn gone(&self, config: &Config) -> BridgeError {
+        let (peer, pid) = (self.role, self.pid);
+        match self.fate(config) {
+            Fate::Dead => BridgeError::Died { peer, pid },
+            Fate::Alive | Fate::Gone => BridgeError::Left { peer, pid },
+        }
+    }
+
+    fn fate(&self, config: &Config) -> Fate {
+        match Node::<ipc::Service>::state_of(config, self.node_id) {
+            Ok(Some(NodeState::Dead(_))) => Fate::Dead,
+            Ok(None) => Fate::Gone,
+            _ => Fate::Alive,
+        }
+    }
+}

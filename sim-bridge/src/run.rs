@@ -1,0 +1,233 @@
+//! Runs: their names, and the folder in which the files of each lie apart from all others.
+//!
+//! Whoever is in a run holds a shared lock in its folder. A folder that nobody holds belongs to processes that
+//! died; the next one to start removes it, with what they left in shared memory.
+
+use std::fmt;
+use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use crate::error::BridgeError;
+use crate::hash;
+
+/// Where Linux keeps shared memory; elsewhere there is no such folder, and nothing to be done by name.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+/// File in a run's folder on which the lock is held.
+const LOCK: &str = "alive";
+/// First character of a folder that is being removed; no name of a run begins with it.
+const REMOVED: char = '.';
+/// Somebody who removes a folder is done long before.
+const ENTER_DEADLINE: Duration = Duration::from_secs(2);
+
+/// Name of a run, which both of its processes must be given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunName(String);
+
+impl RunName {
+    /// A name that no other run on this machine has.
+    #[must_use]
+    pub fn unique() -> Self {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        let nanos = now.map_or(0, |d| d.as_nanos());
+        RunName(format!("{}-{nanos:x}", std::process::id()))
+    }
+
+    /// Folder of the run's files.
+    pub(crate) fn folder(&self) -> PathBuf {
+        base().join(&self.0)
+    }
+
+    /// First part of the name of everything that the run has in shared memory; as long for every run.
+    pub(crate) fn prefix(&self) -> String {
+        format!("tpg_{:016x}_", hash::bytes(hash::START, self.0.as_bytes()))
+    }
+}
+
+impl FromStr for RunName {
+    type Err = BridgeError;
+
+    fn from_str(name: &str) -> Result<Self, BridgeError> {
+        let allowed = |b: u8| b.is_ascii_alphanumeric() || b"-_.".contains(&b);
+        let fits = name.len() <= 64 && name.bytes().all(allowed);
+        // The first character keeps a name from being the folder itself or the one above.
+        if fits && name.starts_with(|c: char| c.is_ascii_alphanumeric()) {
+            Ok(RunName(name.into()))
+        } else {
+            Err(BridgeError::RunName { name: name.into() })
+        }
+    }
+}
+
+impl fmt::Display for RunName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// The folder of all runs: one for each user, since another user's could not be written.
+fn base() -> PathBuf {
+    // Without /proc all users share one.
+    let user = fs::metadata("/proc/self").map_or(0, |m| m.uid());
+    PathBuf::from(format!("/tmp/tpg-bridge-{user}"))
+}
+
+/// A process's place in a run; the last one to leave removes the run's files.
+#[derive(Debug)]
+pub(crate) struct Presence {
+    run: RunName,
+    lock: Option<File>,
+}
+
+impl Presence {
+    /// Enters a run, after what dead processes left behind is removed.
+    pub(crate) fn enter(run: &RunName) -> Result<Self, BridgeError> {
+        sweep();
+        let start = Instant::now();
+        let failed = BridgeError::transport("enter the run's folder");
+        loop {
+            match hold(&run.folder()) {
+                Ok(Some(lock)) => {
+                    return Ok(Presence {
+                        run: run.clone(),
+                        lock: Some(lock),
+                    });
+                }
+                // Somebody is about to remove the folder, or just has.
+                Ok(None) if start.elapsed() < ENTER_DEADLINE => {
+                    thread::sleep(Duration::from_millis(1));
+                }
+                Ok(None) => return Err(failed(io::ErrorKind::TimedOut.into())),
+                Err(error) => return Err(failed(error)),
+            }
+        }
+    }
+}
+
+impl Drop for Presence {
+    fn drop(&mut self) {
+        self.lock = None;
+        // Not the last one, or the next start does it.
+        let _ = remove(&self.run);
+    }
+}
+
+/// Takes the shared lock of a folder, which is made if need be; `None` if the folder is being removed.
+fn hold(folder: &Path) -> io::Result<Option<File>> {
+    DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(folder)?;
+    let path = folder.join(LOCK);
+    let file = match OpenOptions::new().create(true).append(true).open(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        opened => opened?,
+    };
+    match file.try_lock_shared() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => return Ok(None),
+        Err(TryLockError::Error(error)) => return Err(error),
+    }
+    // The folder may have been removed, and made again by a third process, before the lock was taken.
+    let (held, named) = (file.metadata()?, fs::metadata(&path));
+    let same = named.is_ok_and(|named| (named.dev(), named.ino()) == (held.dev(), held.ino()));
+    Ok(same.then_some(file))
+}
+
+/// Removes what runs left behind of which every process is dead.
+pub fn sweep() {
+    // Nothing to be done about what cannot be removed; the next start tries again.
+    let Ok(folders) = fs::read_dir(base()) else {
+        return;
+    };
+    for name in folders.filter_map(|folder| folder.ok()?.file_name().into_string().ok()) {
+        if name.starts_with(REMOVED) {
+            let _ = fs::remove_dir_all(base().join(name));
+        } else if let Ok(run) = name.parse() {
+            let _ = remove(&run);
+        }
+    }
+}
+
+/// Removes a run's files, if nobody is in it.
+fn remove(run: &RunName) -> io::Result<()> {
+    let folder = run.folder();
+    let path = folder.join(LOCK);
+    let lock = OpenOptions::new().create(true).append(true).open(path)?;
+    if lock.try_lock().is_err() {
+        return Ok(());
+    }
+    let prefix = run.prefix();
+    for file in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        if file
+            .file_name()
+            .as_encoded_bytes()
+            .starts_with(prefix.as_bytes())
+        {
+            fs::remove_file(file.path())?;
+        }
+    }
+    // Under another name first: what a newcomer makes under this one meanwhile is not touched.
+    let removed = base().join(format!("{REMOVED}{run}-{}", std::process::id()));
+    fs::rename(&folder, &removed)?;
+    fs::remove_dir_all(removed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_within_their_folder() {
+        for name in ["a", "9-b_c.d", &"x".repeat(64)] {
+            assert_eq!(name.parse::<RunName>().unwrap().to_string(), name);
+        }
+        for name in [
+            "",
+            ".",
+            "..",
+            ".a",
+            "-a",
+            "a/b",
+            "a b",
+            "é",
+            &"x".repeat(65),
+        ] {
+            assert!(name.parse::<RunName>().is_err(), "{name}");
+        }
+        assert_ne!(RunName::unique(), RunName::unique());
+    }
+
+    #[test]
+    fn the_last_one_to_leave_removes_the_folder() {
+        let run = RunName::unique();
+        let one = Presence::enter(&run).unwrap();
+        let other = Presence::enter(&run).unwrap();
+        sweep();
+        drop(one);
+        assert!(run.folder().is_dir());
+        drop(other);
+        assert!(!run.folder().exists());
+    }
+
+    #[test]
+    fn abandoned_runs_are_swept() {
+        let run = RunName::unique();
+        let mut presence = Presence::enter(&run).unwrap();
+        fs::create_dir_all(run.folder().join("nodes/1")).unwrap();
+        let shared = Path::new(SHARED_MEMORY).join(format!("{}x", run.prefix()));
+        let has_shared_memory = fs::write(&shared, "x").is_ok();
+        sweep();
+        assert!(run.folder().exists());
+        // A process that dies gives up its lock and nothing else.
+        presence.lock = None;
+        std::mem::forget(presence);
+        sweep();
+        assert!(!run.folder().exists());
+        assert!(!has_shared_memory || !shared.exists());
+    }
+}

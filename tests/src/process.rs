@@ -1,0 +1,117 @@
+//! The project's own commands, built once and run as a user would run them.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// After this long a command is taken to hang; far above what any of them needs on a busy machine.
+const WATCHDOG: Duration = Duration::from_secs(300);
+
+/// Path of one of the workspace's commands, built in the profile of the running test.
+///
+/// # Panics
+/// If the command cannot be built.
+#[must_use]
+pub fn command_path(name: &str) -> PathBuf {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let exe = std::env::current_exe().expect("the test's own path");
+        // target/<profile>/deps/<test>
+        let folder = exe
+            .ancestors()
+            .nth(2)
+            .expect("a profile's folder")
+            .to_owned();
+        let mut build = Command::new(env!("CARGO"));
+        build.args(["build", "--quiet", "--workspace", "--bins"]);
+        build.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+        if folder.ends_with("release") {
+            build.arg("--release");
+        }
+        if cfg!(not(feature = "mujoco")) {
+            build.args([
+                "--no-default-features",
+                "--features",
+                "tpg-sim-bridge/plant",
+            ]);
+        }
+        assert!(
+            build.status().expect("cargo runs").success(),
+            "the commands do not build"
+        );
+        folder
+    });
+    folder.join(name)
+}
+
+/// Starts `tpg` with its output captured.
+///
+/// # Panics
+/// If it cannot be started.
+pub fn start<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Child {
+    Command::new(command_path("tpg"))
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("tpg starts")
+}
+
+/// Waits for a command, which the watchdog ends if it hangs.
+///
+/// # Panics
+/// If it hangs.
+#[must_use]
+pub fn finish(mut child: Child) -> Output {
+    let started = Instant::now();
+    while child.try_wait().expect("a child to wait for").is_none() {
+        if started.elapsed() > WATCHDOG {
+            child.kill().expect("a child to end");
+            panic!("the command hangs");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().expect("its output")
+}
+
+/// Runs `tpg` to its end.
+#[must_use]
+pub fn tpg<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
+    finish(start(args))
+}
+
+/// Runs `tpg`, which must succeed, and reads its JSON.
+///
+/// # Panics
+/// If it fails or prints something else.
+#[must_use]
+pub fn tpg_json(args: &[&str]) -> Value {
+    let output = tpg(args);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{args:?}: {}",
+        stderr(&output)
+    );
+    serde_json::from_slice(&output.stdout).expect("one JSON object")
+}
+
+/// What a command wrote to standard error.
+#[must_use]
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A path as text, for arguments.
+///
+/// # Panics
+/// If the path is no Unicode.
+#[must_use]
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("a Unicode path")
+}

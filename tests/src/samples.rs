@@ -1,0 +1,167 @@
+//! Varied policies in which every operation occurs, for tests of the format.
+
+use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel};
+use tpg_runtime::isa::{Destination, Group, Op, Operand};
+use tpg_runtime::tables::{Instruction, Section, Target, TeamId};
+
+use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
+
+/// The samples: name and policy.
+#[must_use]
+pub fn all() -> Vec<(&'static str, Draft)> {
+    vec![
+        ("reactive", reactive()),
+        ("zero", zero()),
+        ("team-memory", team_memory()),
+        ("classic", classic()),
+    ]
+}
+
+/// Stateless, continuous, three outputs, two teams that share a program.
+fn reactive() -> Draft {
+    let groups = [
+        Group::Scalar,
+        Group::Vector,
+        Group::Matrix,
+        Group::Constants,
+    ];
+    let mut draft = blank(3, 4, &groups);
+    draft.header.action_kind = ActionKind::Continuous;
+    draft.header.actions = 3;
+    add_programs(&mut draft, [3, 3, 3], &groups);
+    for number in 0..draft.programs.len() {
+        draft.programs[number].output = Some(draft.vector(number, 1));
+        if let Target::Atomic(action) = &mut draft.programs[number].target {
+            *action = 0;
+        }
+    }
+    draft
+}
+
+/// Stateless without constants (SL-NC), continuous, one output.
+fn zero() -> Draft {
+    let groups = [Group::Scalar, Group::Vector];
+    let mut draft = blank(4, 5, &groups);
+    draft.header.initial_values = InitialValues::Zero;
+    draft.header.action_kind = ActionKind::Continuous;
+    draft.header.actions = 1;
+    add_programs(&mut draft, [8, 2, 0], &groups);
+    for number in 0..draft.programs.len() {
+        draft.programs[number].output = Some(draft.scalar(number, 1));
+        if let Target::Atomic(action) = &mut draft.programs[number].target {
+            *action = 0;
+        }
+    }
+    draft
+}
+
+/// Stateful with team memory (SR-SM) and an image of it.
+fn team_memory() -> Draft {
+    let groups = [
+        Group::Scalar,
+        Group::Constants,
+        Group::TeamMemory,
+        Group::WholeReads,
+    ];
+    let mut draft = blank(2, 3, &groups);
+    make_stateful(&mut draft.header, MemoryModel::Team);
+    for (key, team) in draft.teams.iter_mut().enumerate() {
+        team.slots = [0b0010_1001, 0b0001_1000, 0b1000_0001];
+        team.stream_key = 40 + key as u32;
+        team.constants = constants(3 + 2 * 2 + 2 * 4);
+    }
+    add_programs(&mut draft, [2, 2, 2], &groups);
+    draft.image = constants(2 * (3 + 2 * 2 + 2 * 4));
+    draft
+}
+
+/// The classic set with indexed memory.
+fn classic() -> Draft {
+    let groups = [Group::Classic];
+    let mut draft = blank(1, 2, &groups);
+    make_stateful(&mut draft.header, MemoryModel::Indexed);
+    draft.cells = vec![0, 7, 391, 392, 399, 400, 401, 799];
+    add_programs(&mut draft, [8, 0, 0], &groups);
+    draft
+}
+
+fn blank(width: u16, observation_len: u16, groups: &[Group]) -> Draft {
+    let mut header = header(width, observation_len);
+    header.groups = groups.iter().map(|group| group.bit()).sum();
+    let team = |members: &[u16]| DraftTeam {
+        members: members.to_vec(),
+        ..DraftTeam::default()
+    };
+    Draft {
+        header,
+        teams: vec![team(&[0, 1, 2]), team(&[2, 3, 0])],
+        programs: Vec::new(),
+        cells: Vec::new(),
+        image: Vec::new(),
+    }
+}
+
+fn constants(len: usize) -> Vec<f32> {
+    (0..len)
+        .map(|k| (k * 37 % 23) as f32 / 8.0 - 1.25)
+        .collect()
+}
+
+/// Four programs, one of which leads to the second team; each executes every operation of the groups.
+fn add_programs(draft: &mut Draft, registers: [u8; 3], groups: &[Group]) {
+    let width = usize::from(draft.header.width);
+    let [s, v, m] = registers.map(usize::from);
+    let targets = [
+        Target::Atomic(0),
+        Target::Team(TeamId(1)),
+        Target::Atomic(1),
+        Target::Atomic(0),
+    ];
+    for (number, target) in targets.into_iter().enumerate() {
+        let mut constants = constants(s + v * width + m * width * width);
+        constants[0] = number as f32;
+        draft.programs.push(DraftProgram {
+            registers,
+            constants,
+            code: Vec::new(),
+            target,
+            output: None,
+        });
+    }
+    let start = draft.memory_start() + draft.teams.iter().map(|t| t.constants.len()).sum::<usize>();
+    for number in 0..draft.programs.len() {
+        let code = Op::ALL
+            .iter()
+            .filter(|op| groups.contains(&op.group()))
+            .map(|op| example(draft, number, *op, start))
+            .collect();
+        draft.programs[number].code = code;
+    }
+}
+
+/// One well-formed instruction of the operation; never to `s0`, so that bids stay as they are.
+fn example(draft: &Draft, number: usize, op: Op, cells_start: usize) -> Instruction {
+    let team = &draft.teams[0];
+    let slot = |section: Section| team.slots[section as usize].trailing_zeros() as u16;
+    let operand = |kind: Operand| match kind {
+        Operand::None | Operand::VectorIndex => 0,
+        Operand::MatrixIndex => 1,
+        Operand::S => draft.scalar(number, 1),
+        Operand::V => draft.vector(number, 0),
+        Operand::M | Operand::MElement => draft.matrix(number, 0),
+        Operand::VElement => draft.vector(number, 1),
+        Operand::SOrVElement => 1,
+        Operand::ScalarSlot => slot(Section::Scalar),
+        Operand::VectorSlot => slot(Section::Vector),
+        Operand::MatrixSlot => slot(Section::Matrix),
+        Operand::Cell => cells_start as u16 + 3,
+    };
+    let d = match op.destination() {
+        Destination::None => 0,
+        Destination::S | Destination::SUpdate => draft.scalar(number, 1),
+        Destination::V => draft.vector(number, 1),
+        Destination::M => draft.matrix(number, 1),
+    };
+    let [a, b] = op.operands().map(operand);
+    instruction(op, d, a, b)
+}

@@ -1,0 +1,251 @@
+//! The file format: pinned, and refusing whatever is not exactly a policy.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+use tpg_runtime::blob::{
+    ActionKind, DecodeError, InitialValues, MemoryModel, RegisterMode, ResetScope,
+};
+use tpg_runtime::isa::{FINGERPRINT, Group, Op};
+use tpg_runtime::{Blob, Header, Policy, Reset, VerifyError};
+use tpg_tests::draft::TestAgent;
+use tpg_tests::{golden, samples};
+
+/// The samples' names and blobs.
+fn blobs() -> Vec<(&'static str, Vec<u8>)> {
+    let samples = samples::all();
+    samples
+        .iter()
+        .map(|(name, s)| (*name, s.encode()))
+        .collect()
+}
+
+/// The first word of an error's debug form: its variant.
+fn variant(error: impl std::fmt::Debug) -> String {
+    let text = format!("{error:?}");
+    let end = text.find([' ', '(']).unwrap_or(text.len());
+    text[..end].to_owned()
+}
+
+/// CRC-32 (IEEE 802.3), bit by bit from its definition.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())
+        })
+    })
+}
+
+/// Makes the checksum right again.
+fn mend(blob: &mut [u8]) {
+    let covered = blob.len() - 4;
+    let crc = crc32(&blob[..covered]);
+    blob[covered..].copy_from_slice(&crc.to_le_bytes());
+}
+
+#[test]
+fn samples_are_the_golden_files_of_version_1() {
+    for (name, blob) in blobs() {
+        golden::assert_bytes(&format!("v1/{name}.tpg"), &blob);
+        let policy = Policy::load(&blob).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut agent = TestAgent::new(policy).expect("enough room");
+        let observation = vec![0.5; usize::from(policy.header().observation_len)];
+        let decision = agent.decide(&observation).expect("right length");
+        assert!(decision.instructions > 0, "{name}");
+        let mut mended = blob.clone();
+        mend(&mut mended);
+        assert_eq!(mended, blob, "{name}: the checksum is CRC-32 (IEEE)");
+    }
+    let mut code: Vec<Op> = samples::all()
+        .iter()
+        .flat_map(|(_, draft)| draft.programs[0].code.iter().map(|i| i.op))
+        .collect();
+    code.sort_unstable();
+    code.dedup();
+    assert_eq!(code, Op::ALL, "every operation occurs in a sample");
+}
+
+#[test]
+fn every_truncation_and_trailing_byte_is_refused() {
+    for (name, blob) in blobs() {
+        for len in 0..blob.len() {
+            match Blob::decode(&blob[..len]) {
+                Err(DecodeError::Truncated { needed, got }) => {
+                    assert!(got == len && needed > len, "{name}, {len}: {needed}, {got}");
+                }
+                other => panic!("{name} cut to {len} bytes: {other:?}"),
+            }
+        }
+        let mut longer = blob.clone();
+        for count in 1..=9 {
+            longer.push(0);
+            let error = Blob::decode(&longer).expect_err("trailing bytes");
+            assert_eq!(error, DecodeError::TrailingBytes { count }, "{name}");
+        }
+        println!("{name}: {} truncations refused", blob.len());
+    }
+}
+
+#[test]
+fn every_single_bit_flip_is_refused() {
+    for (name, mut blob) in blobs() {
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        for bit in 0..blob.len() * 8 {
+            blob[bit / 8] ^= 1 << (bit % 8);
+            let error = Blob::decode(&blob).expect_err(name);
+            assert!(!error.to_string().is_empty());
+            *counts.entry(variant(error)).or_default() += 1;
+            blob[bit / 8] ^= 1 << (bit % 8);
+        }
+        println!("{name}: {} flips refused: {counts:?}", blob.len() * 8);
+        assert_eq!(counts.values().sum::<usize>(), blob.len() * 8);
+    }
+}
+
+#[test]
+fn other_versions_and_instruction_sets_name_both_sides_and_the_way_out() {
+    let (_, blob) = blobs().swap_remove(0);
+    let mut newer = blob.clone();
+    newer[4..6].copy_from_slice(&7u16.to_le_bytes());
+    mend(&mut newer);
+    let error = Blob::decode(&newer).expect_err("version 7");
+    assert_eq!(
+        error,
+        DecodeError::Version {
+            file: 7,
+            supported: 1
+        }
+    );
+    let text = error.to_string();
+    assert!(text.contains("version 7") && text.contains("version 1") && text.contains("export"));
+    let mut other = blob;
+    other[8] ^= 1;
+    mend(&mut other);
+    let text = Blob::decode(&other).expect_err("other table").to_string();
+    assert!(text.contains(&format!("{FINGERPRINT:08x}")) && text.contains("export"));
+}
+
+#[test]
+fn front_ends_are_recognised_but_not_executed() {
+    let (_, draft) = samples::all().swap_remove(1);
+    let blob = draft.encode();
+    // The front end is the eighth byte string: an empty one is its length alone, before the labels.
+    let labels = "x\tm\n".repeat(6);
+    let tail = labels.len() + 1 + "test-v1".len() + 1 + "none".len() + 1 + 4;
+    let at = blob.len() - tail - 1;
+    assert_eq!((blob[at], usize::from(blob[at + 1])), (0, labels.len()));
+    let with = |section: &[u8]| {
+        let mut longer = blob[..at].to_vec();
+        longer.push(u8::try_from(section.len()).expect("short"));
+        longer.extend_from_slice(section);
+        longer.extend_from_slice(&blob[at + 1..]);
+        let body_bytes = (longer.len() - Header::BYTES - 4) as u32;
+        longer[12..16].copy_from_slice(&body_bytes.to_le_bytes());
+        mend(&mut longer);
+        Policy::load(&longer).expect_err("a front end")
+    };
+    let standardise = [0u8; 4 + 2 * 5 * 4];
+    assert_eq!(with(&standardise), VerifyError::FrontEndUnsupported);
+    assert_eq!(with(&standardise[1..]), VerifyError::FrontEndMalformed);
+}
+
+/// What became of a blob with changed bytes and a right checksum.
+fn load_and_decide(blob: &[u8], observed: f32) -> Result<&'static str, TestCaseError> {
+    let policy = match Policy::load(blob) {
+        Ok(policy) => policy,
+        Err(VerifyError::Decode(_)) => return Ok("refused when decoded"),
+        Err(error) => {
+            prop_assert!(!error.to_string().is_empty());
+            return Ok("refused when verified");
+        }
+    };
+    let Ok(mut agent) = TestAgent::new(policy) else {
+        return Ok("too large for the agent");
+    };
+    let observation = vec![observed; usize::from(policy.header().observation_len)];
+    for (round, what) in [Reset::Agent, Reset::Episode].into_iter().enumerate() {
+        agent.reset(what, round as u64);
+        for _ in 0..3 {
+            let decision = agent.decide(&observation).expect("right length");
+            prop_assert!(decision.instructions <= policy.bounds().instructions);
+            prop_assert!(decision.teams <= policy.bounds().teams);
+        }
+        prop_assert!(agent.words().iter().all(|x| x.is_finite()));
+    }
+    Ok("decided within its bounds")
+}
+
+#[test]
+fn changed_tables_are_refused_or_decide_within_their_bounds() {
+    let blobs = blobs();
+    let config = Config {
+        cases: 30_000,
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let mut runner =
+        TestRunner::new_with_rng(config.clone(), TestRunner::deterministic().rng().clone());
+    let edits = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4);
+    let strategy = (0..blobs.len(), edits, prop::num::f32::ANY);
+    let counts = std::cell::RefCell::new(BTreeMap::<&str, usize>::new());
+    let result = runner.run(&strategy, |(sample, edits, observed)| {
+        let mut blob = blobs[sample].1.clone();
+        let covered = blob.len() - 4;
+        for (index, byte) in edits {
+            blob[index.index(covered)] = byte;
+        }
+        mend(&mut blob);
+        let end = load_and_decide(&blob, observed)?;
+        *counts.borrow_mut().entry(end).or_default() += 1;
+        Ok(())
+    });
+    println!("{} changed blobs: {:?}", config.cases, counts.borrow());
+    if let Err(error) = result {
+        panic!("{error}");
+    }
+}
+
+/// Every byte of the header and of each record, set to its extremes.
+#[test]
+fn extreme_bytes_never_panic() {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for (_, blob) in blobs() {
+        for at in 0..blob.len() - 4 {
+            for byte in [0, 1, 0x7f, 0x80, 0xff] {
+                let mut changed = blob.clone();
+                changed[at] = byte;
+                mend(&mut changed);
+                let end = load_and_decide(&changed, 1.0).expect("within bounds");
+                *counts.entry(end).or_default() += 1;
+            }
+        }
+    }
+    println!("bytes set to their extremes: {counts:?}");
+}
+
+#[test]
+fn codes_are_pinned() {
+    let mut text = String::from(
+        "# Codes of format version 1. A change of these lines is a new version of the format.\n",
+    );
+    macro_rules! codes {
+        ($($name:ident)*) => {$(
+            for value in $name::ALL {
+                let _ = writeln!(text, "{} {} {}", stringify!($name), *value as u16, value.name());
+            }
+        )*};
+    }
+    codes! { ActionKind RegisterMode InitialValues ResetScope MemoryModel }
+    for group in Group::ALL {
+        let _ = writeln!(text, "Group {} {group:?}", group.bit());
+    }
+    for op in Op::ALL {
+        let [a, b] = op.operands();
+        let (code, name, destination) = (*op as u8, op.mnemonic(), op.destination());
+        let _ = writeln!(text, "Op {code} {name}: {destination:?} <- {a:?}, {b:?}");
+    }
+    let _ = writeln!(text, "fingerprint {FINGERPRINT:08x}");
+    golden::assert_text("isa.txt", &text);
+}

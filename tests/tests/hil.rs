@@ -1,0 +1,109 @@
+//! The loop over shared memory returns what scoring in one process returns, in every bit.
+
+use std::path::Path;
+
+use serde_json::Value;
+use tpg_runtime::blob::RegisterMode;
+use tpg_runtime::{HostAgent, Policy, Reset};
+use tpg_tests::fixtures::three_teams;
+use tpg_tests::process::{stderr, text, tpg, tpg_json};
+
+const SHARED_KEYS: [&str; 8] = [
+    "task",
+    "observability",
+    "seed",
+    "returns",
+    "lengths",
+    "mean",
+    "sd",
+    "instructions_mean",
+];
+
+/// Runs both verbs on the same episodes and compares what they report.
+fn assert_loop_equals_eval(file: &Path, episodes: &str) -> Value {
+    let arguments = ["--episodes", episodes, "--seed", "5", "--json"];
+    let run = |verb: &str| {
+        let mut all = vec![verb, text(file)];
+        all.extend(arguments);
+        tpg_json(&all)
+    };
+    let (eval, hil) = (run("eval"), run("hil"));
+    for key in SHARED_KEYS {
+        assert_eq!(eval[key], hil[key], "{key} of {}", file.display());
+    }
+    assert_eq!(
+        eval["returns"].as_array().map(Vec::len),
+        episodes.parse().ok()
+    );
+    assert!(hil["latency"].is_object(), "{hil}");
+    eval
+}
+
+/// Both register modes on a task: three teams deep, memory written and read.
+fn fixtures_agree(task: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut means = Vec::new();
+    for mode in [RegisterMode::Stateful, RegisterMode::Stateless] {
+        let bytes = three_teams(task, mode);
+        assert_deep_and_remembering(&bytes);
+        let file = folder.path().join(format!("{}.tpg", mode.name()));
+        std::fs::write(&file, &bytes).expect("written");
+        means.push(assert_loop_equals_eval(&file, "20")["mean"].clone());
+    }
+    assert_ne!(means[0], means[1], "the register mode makes no difference");
+}
+
+/// The fixture visits three teams, and what it decides depends on what it wrote before.
+fn assert_deep_and_remembering(bytes: &[u8]) {
+    let policy = Policy::load(bytes).expect("valid");
+    let mut agent = Box::new(HostAgent::new(policy).expect("fits"));
+    agent.reset(Reset::Agent, 1);
+    let before = agent.memory().to_vec();
+    let observation = vec![0.5; usize::from(policy.header().observation_len)];
+    let mut deepest = 0;
+    for _ in 0..20 {
+        deepest = deepest.max(agent.decide(&observation).expect("the right length").teams);
+    }
+    assert_eq!(deepest, 3);
+    assert_ne!(before, agent.memory(), "memory was never written");
+}
+
+#[test]
+fn fixtures_agree_on_cartpole() {
+    fixtures_agree("cartpole");
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn fixtures_agree_on_hopper() {
+    fixtures_agree("hopper");
+}
+
+#[cfg(feature = "mujoco")]
+#[test]
+fn trained_champions_agree() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for preset in ["hopper-sr-sm-b23", "inverted-double-pendulum-sr-b23"] {
+        let out = folder.path().join(preset);
+        let output = tpg([
+            "train",
+            preset,
+            "--seed",
+            "3",
+            "--generations",
+            "6",
+            "--set",
+            "evolution.population=60",
+            "--set",
+            "evolution.children=40",
+            "--out",
+            text(&out),
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let report = assert_loop_equals_eval(&out.join("champion.tpg"), "20");
+        assert_eq!(
+            report["observability"], "blackout:2/3",
+            "the champion's own default"
+        );
+    }
+}
