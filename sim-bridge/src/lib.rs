@@ -6,7 +6,7 @@
 //!   (trainer)       task <---action------ Link ==iceoryx2== Link <-- Agent       (runtime alone)
 //! ```
 //!
-//! - [`RemoteController`] lets the trainer's episode loop drive a policy in another process; returns are those
+//! - `RemoteController` lets the trainer's episode loop drive a policy in another process; returns are those
 //!   of `tpg eval` in every bit. [`Server`] is that other process.
 //! - [`Link`]: connects, checks the [`Contract`] of both sides, carries messages with a deadline on every wait.
 //! - [`message`]: what goes through shared memory.

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use clap::Parser;
 use support::policy;
-use support::{Folder, Process, WATCHDOG};
+use support::{Folder, Process};
 use tpg_runtime::{HostAgent, Policy};
 use tpg_sim_bridge::RunName;
 use tpg_trainer::cli::ScoreArgs;
@@ -49,7 +49,10 @@ fn of_json(text: &str) -> Bits {
     let json: serde_json::Value = serde_json::from_str(text).expect("one JSON object");
     let array = |key: &str| json[key].as_array().expect("an array").clone();
     let bits = |value: &serde_json::Value| value.as_f64().expect("a number").to_bits();
-    let lengths: Vec<u64> = array("lengths").iter().filter_map(|l| l.as_u64()).collect();
+    let lengths: Vec<u64> = array("lengths")
+        .iter()
+        .filter_map(serde_json::Value::as_u64)
+        .collect();
     let latency = &json["latency"];
     assert_eq!(latency["unit"], "ns");
     assert_eq!(latency["count"].as_u64(), Some(lengths.iter().sum()));
