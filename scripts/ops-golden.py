@@ -17,8 +17,8 @@ import sys
 from fractions import Fraction
 
 from ops_numbers import (
-    BINARY, CELL_THRESHOLDS, MASK, MAX, NORMAL, SLOT_THRESHOLDS, TAU, TINY, UNARY, add, ascending, bits, columns, f32, finite,
-    finite_classic, from_bits, mean, mix64, mul, nearest, norm, pcg32, rows, sqrt, std, sub, total,
+    BINARY, CELL_THRESHOLDS, MASK, MAX, NORMAL, SLOT_THRESHOLDS, TAU, TINY, UNARY, add, ascending, bits, columns, div, f32,
+    finite, finite_classic, from_bits, mean, mix64, mul, nearest, norm, pcg32, rows, sine, sqrt, std, sub, total,
 )
 
 WIDTHS = (1, 3, 4, 5, 11)
@@ -199,6 +199,11 @@ def transcendental():
         t, c = math.tan(angle(x)), abs(math.cos(angle(x)))
         if c > 1e-4:
             f.near("tan", t, 1e-7 * (1 + abs(t)) / (c - 1e-7) + ulp(t), a=x)
+    f.section("sine, cosine and tangent bit for bit, from the definition of their kernels")
+    for x in trig[: 2 * len(ANGLES) + 40]:
+        f.case("sin", finite(sine(x)), a=x)
+        f.case("cos", finite(sine(x, 1)), a=x)
+        f.case("tan", finite(div(sine(x), sine(x, 1))), a=x)
     units = [TINY, NORMAL, f32(1e-4), 0.5, f32(0.70710677), f32(0.9999), 1 - 2.0**-24] + [between(0, 1) for _ in range(60)]
     outside = [1 + 2.0**-23, 2.0, MAX]
     half_pi, pi = f32(math.pi / 2), f32(math.pi)

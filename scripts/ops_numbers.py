@@ -150,6 +150,31 @@ UNARY = {
     "sqrt": lambda x: finite(sqrt(x)),
 }
 
+# The kernels of sine and cosine, as docs/semantics.md defines them.
+
+S2, S1, S0 = map(from_bits, (0xB94CA1F9, 0x3C08839E, 0x3E2AAAA3))
+C2, C1, C0 = map(from_bits, (0x37CCF5CE, 0x3AB6061A, 0x3D2AAAA5))
+TWO_OVER_PI, HALF_PI_PARTS = from_bits(0x3F22F983), tuple(map(from_bits, (0x3FC90000, 0x39FDA000, 0x33A22169)))
+
+
+def sine(x, quarter=0):
+    """sin(x + quarter right angles)."""
+    if not -8192 < x < 8192:
+        x = math.fmod(x, TAU)  # exact
+    q = mul(x, TWO_OVER_PI)
+    quadrant = int(sub(q, 0.5) if q < 0 else add(q, 0.5))
+    r = x
+    for part in HALF_PI_PARTS:
+        r = sub(r, mul(float(quadrant), part))
+    z = mul(r, r)
+    if (quadrant + quarter) % 2 == 0:
+        s = sub(mul(add(mul(S2, z), S1), z), S0)
+        result = add(mul(mul(s, z), r), r)
+    else:
+        c = add(mul(sub(mul(C2, z), C1), z), C0)
+        result = add(sub(mul(mul(c, z), z), mul(0.5, z)), 1.0)
+    return -result if (quadrant + quarter) & 2 else result
+
 
 # Random writes.
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use tpg_runtime::isa::Op;
+use tpg_runtime::isa::{Destination, Extent, Op, Operand};
 use tpg_tests::ops::{Outcome, parse};
 
 #[test]
@@ -75,5 +75,57 @@ fn a_wrong_vector_fails() {
     ] {
         let fails = parse(malformed).map(|vectors| vectors.iter().all(|v| v.check().is_err()));
         assert!(fails.unwrap_or(true), "{malformed}");
+    }
+}
+
+/// The row of an operation in the document's table, up to its result.
+fn row(op: Op) -> (String, String) {
+    let destination = match op.destination() {
+        Destination::None => "–",
+        Destination::S => "s",
+        Destination::SUpdate => "s*",
+        Destination::V => "v",
+        Destination::M => "m",
+    };
+    let operands = op.operands().into_iter().filter_map(|kind| match kind {
+        Operand::None => None,
+        Operand::S => Some("s"),
+        Operand::V => Some("v"),
+        Operand::M => Some("m"),
+        Operand::VElement => Some("v[i]"),
+        Operand::MElement => Some("m[i]"),
+        Operand::SOrVElement => Some("s or v[i]"),
+        Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => Some("slot"),
+        Operand::VectorIndex | Operand::MatrixIndex => Some("index"),
+        Operand::Cell => Some("cell"),
+    });
+    let operands = operands.collect::<Vec<_>>().join(", ");
+    let extent = match op.cost().extent {
+        Extent::One => "",
+        Extent::Width => "·W",
+        Extent::Square => "·W²",
+        Extent::Cube => "·W³",
+        Extent::Cells => "·cells",
+    };
+    let (code, name, unit) = (op as u8, op.mnemonic(), op.cost().unit);
+    let signature = format!("{destination} ← {operands}");
+    let start = format!("| {code} | `{name}` | {} |", signature.trim_end());
+    (start, format!("| {unit}{extent} |"))
+}
+
+/// `docs/semantics.md` lists every operation with its code, operands and cost.
+#[test]
+fn the_document_lists_every_operation() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/semantics.md");
+    let text = fs::read_to_string(path).expect("docs/semantics.md is there");
+    let digit = |line: &&str| line.starts_with("| ") && line.as_bytes()[2].is_ascii_digit();
+    let lines: Vec<&str> = text.lines().filter(digit).collect();
+    assert_eq!(lines.len(), Op::ALL.len(), "rows of operations");
+    for (op, line) in Op::ALL.iter().zip(lines) {
+        let (start, end) = row(*op);
+        assert!(
+            line.starts_with(&start) && line.ends_with(&end),
+            "the row reads\n{line}\nbut should begin and end\n{start} … {end}"
+        );
     }
 }

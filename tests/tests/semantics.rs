@@ -1,6 +1,6 @@
 //! Decisions of small graphs, worked out by hand: `docs/semantics.md`, "One decision", "State" and "Actions".
 
-use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, ResetScope};
+use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope};
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
 use tpg_runtime::{Action, Agent, AnyWidth, CapacityError, Fixed, ObservationError, Policy, Reset};
@@ -199,6 +199,23 @@ fn writer(scope: ResetScope) -> Draft {
         .code
         .push(instruction(Op::WriteS, 0, s0, 0));
     draft
+}
+
+/// Stateless registers do not keep team memory from lasting as long as its scope says.
+#[test]
+fn memory_outlives_decisions_of_stateless_programs() {
+    let mut draft = writer(ResetScope::PerEpisode);
+    draft.header.register_mode = RegisterMode::Stateless;
+    let bytes = draft.encode();
+    let mut agent = agent(&bytes);
+    for _ in 0..30 {
+        agent.decide(&[1.0, 0.0, 0.0]).expect("three elements");
+    }
+    let written = agent.memory().iter().filter(|x| **x > 0.0).count();
+    assert!(written > 1, "{:?}", agent.memory());
+    assert!(agent.memory().iter().all(|x| *x < 11.5), "10 + 1 each time");
+    agent.reset(Reset::Episode, 0);
+    assert_eq!(agent.memory(), [-2.0; 8]);
 }
 
 /// Whether a reset after some decisions clears registers, memory and streams.
