@@ -12,7 +12,7 @@ use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::rng::Pcg32;
 use crate::tables::{Program, ProgramId, Section, Target, Team};
-use crate::verify::Policy;
+use crate::verify::{MAX_WORDS, Policy};
 
 /// Which vector widths an [`Agent`] is compiled for.
 pub trait Width: sealed::Sealed {}
@@ -122,7 +122,7 @@ impl fmt::Display for ObservationError {
 impl core::error::Error for ObservationError {}
 
 /// An agent with room for any policy that the format's offsets can address, for hosts; some 340 KB, so box it.
-pub type HostAgent<'p> = Agent<'p, AnyWidth, 65_536, 2_048, 512, 1_536>;
+pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize }, 2_048, 512, 1_536>;
 
 /// One decision: the action and how it came about.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -426,10 +426,13 @@ fn write(machine: &mut Machine<'_>, team: &Team, section: Section, source: usize
     copy(machine.words, source, start, section.slot_words(width));
 }
 
-/// Copies words within the state, if source and destination lie in it.
+/// Copies words within the state, one by one: `copy_within` would bring a panic into the decision.
 fn copy(words: &mut [f32], from: usize, to: usize, len: usize) {
-    if from + len <= words.len() && to + len <= words.len() {
-        words.copy_within(from..from + len, to);
+    for k in 0..len {
+        let value = words.get(from + k).copied();
+        if let (Some(value), Some(place)) = (value, words.get_mut(to + k)) {
+            *place = value;
+        }
     }
 }
 

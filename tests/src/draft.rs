@@ -171,7 +171,10 @@ impl Draft {
                 target: program.target,
                 constants_start: place(&program.constants),
                 state_start,
-                output: program.output.unwrap_or(state_start),
+                output: match program.target {
+                    Target::Atomic(_) => program.output.unwrap_or(state_start),
+                    Target::Team(_) => state_start,
+                },
                 registers: program.registers,
             };
             code.extend(program.code.iter().map(|i| i.to_bytes()));
@@ -194,11 +197,21 @@ impl Draft {
             teams.push(record.to_bytes());
         }
         words += self.cells.len();
+        let all_code = self.programs.iter().flat_map(|program| &program.code);
+        let used = all_code.fold(0, |groups, i| groups | i.op.group().bit());
+        let range = match self.header.action_kind {
+            ActionKind::Discrete => (0.0, 0.0),
+            ActionKind::Continuous => (self.header.action_low, self.header.action_high),
+        };
         let header = Header {
             words: words as u32,
             programs: small(programs.len()),
             teams: small(teams.len()),
             streams: small(streams),
+            // A header announces what is used; a test may leave a group out, but not announce too many.
+            groups: self.header.groups & used,
+            action_low: range.0,
+            action_high: range.1,
             ..self.header
         };
         let cells: Vec<[u8; 2]> = self.cells.iter().map(|c| c.to_le_bytes()).collect();

@@ -1,0 +1,96 @@
+//! Checks of the header against itself and the lengths of the tables.
+
+use super::{MAX_WIDTH, MAX_WORDS, VerifyError};
+use crate::blob::{ActionKind, Header, MemoryModel, RegisterMode, ResetScope};
+use crate::tables::{Tables, Target};
+
+/// The length of a table, as a number that errors can carry.
+pub(super) fn count<T>(table: &[T]) -> u32 {
+    u32::try_from(table.len()).unwrap_or(u32::MAX)
+}
+
+pub(super) fn require(field: &'static str, needed: u32, got: u32) -> Result<(), VerifyError> {
+    if needed == got {
+        Ok(())
+    } else {
+        Err(VerifyError::Header { field, needed, got })
+    }
+}
+
+pub(super) fn at_most(field: &'static str, limit: u32, got: u32) -> Result<(), VerifyError> {
+    if got <= limit {
+        Ok(())
+    } else {
+        Err(VerifyError::Header {
+            field,
+            needed: limit,
+            got,
+        })
+    }
+}
+
+pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
+    require(
+        "programs",
+        count(tables.programs),
+        u32::from(header.programs),
+    )?;
+    require("teams", count(tables.teams), u32::from(header.teams))?;
+    at_most("teams", u32::from(Target::MAX), u32::from(header.teams))?;
+    at_most("words", MAX_WORDS, header.words)?;
+    at_most("width", u32::from(MAX_WIDTH), u32::from(header.width))?;
+    if header.width == 0 || header.observation_len == 0 || header.actions == 0 || header.teams == 0
+    {
+        return Err(VerifyError::Header {
+            field: "width, observation length, actions or teams",
+            needed: 1,
+            got: 0,
+        });
+    }
+    if header.window < header.observation_len {
+        return Err(VerifyError::Header {
+            field: "window",
+            needed: u32::from(header.observation_len),
+            got: u32::from(header.window),
+        });
+    }
+    if header.action_kind == ActionKind::Continuous {
+        let (low, high) = (header.action_low, header.action_high);
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            return Err(VerifyError::ActionRange);
+        }
+        at_most(
+            "actions",
+            u32::from(header.width),
+            u32::from(header.actions),
+        )?;
+    } else {
+        at_most(
+            "actions",
+            u32::from(Target::MAX) + 1,
+            u32::from(header.actions),
+        )?;
+        // A discrete policy has no range; what means nothing is zero, so that a policy has one encoding.
+        if header.action_low.to_bits() != 0 || header.action_high.to_bits() != 0 {
+            return Err(VerifyError::ActionRange);
+        }
+    }
+    // Nothing outlives a decision exactly where registers and memory both do not.
+    let stateless =
+        header.register_mode == RegisterMode::Stateless && header.memory_model == MemoryModel::None;
+    if stateless != (header.reset_scope == ResetScope::EveryDecision) {
+        return Err(VerifyError::Header {
+            field: "reset scope for its register mode and memory model",
+            needed: if stateless {
+                ResetScope::EveryDecision as u32
+            } else {
+                ResetScope::PerEpisode as u32
+            },
+            got: header.reset_scope as u32,
+        });
+    }
+    if header.memory_model != MemoryModel::Indexed {
+        require("cells", 0, count(tables.cells))?;
+    }
+    Ok(())
+}

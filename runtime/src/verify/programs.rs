@@ -1,0 +1,209 @@
+//! Checks of programs: place, registers, target, and every field of every instruction.
+
+use super::header::{at_most, count, require};
+use super::{MAX_WORDS, VerifyError};
+use crate::blob::{ActionKind, Header, InitialValues, MemoryModel};
+use crate::isa::{Destination, Group, Op, Operand, REGISTERS, SLOTS};
+use crate::tables::{Instruction, Program, Tables, Target, TeamId, span};
+
+/// Checks every program and returns where team memory begins.
+pub(super) fn check_programs(header: &Header, tables: &Tables<'_>) -> Result<usize, VerifyError> {
+    let width = usize::from(header.width);
+    let (mut state, mut code) = (header.registers_start(), 0u32);
+    for (index, bytes) in tables.programs.iter().enumerate() {
+        let (program, number) = (Program::from_bytes(bytes), index as u16);
+        let words = program.register_words(width);
+        let [scalars, ..] = program.registers;
+        let in_place = program.to_bytes() == *bytes
+            && program.registers_in_range()
+            && scalars > 0
+            && usize::from(program.state_start) == state
+            && program.code_start == code
+            && span(tables.code, program.code_start, program.code_len).is_some()
+            && has_constants(header, tables, program.constants_start, words);
+        if !in_place {
+            return Err(VerifyError::Record {
+                table: "programs",
+                index: u32::from(number),
+            });
+        }
+        let target_exists = match program.target {
+            Target::Team(TeamId(team)) => team < header.teams,
+            Target::Atomic(action) => match header.action_kind {
+                ActionKind::Discrete => action < header.actions,
+                ActionKind::Continuous => action == 0,
+            },
+        };
+        if !target_exists || !output_in_place(header, &program) {
+            return Err(VerifyError::NoSuchTarget { program: number });
+        }
+        check_code(header, tables, &program, number)?;
+        state += words;
+        code += u32::from(program.code_len);
+        at_most("words", MAX_WORDS, state as u32)?;
+    }
+    require("instructions", code, count(tables.code))?;
+    Ok(state)
+}
+
+/// Whether `words` constants lie at `start`; policies that begin at zero have none.
+pub(super) fn has_constants(
+    header: &Header,
+    tables: &Tables<'_>,
+    start: u32,
+    words: usize,
+) -> bool {
+    match header.initial_values {
+        InitialValues::Zero => start == 0 && tables.constants.is_empty(),
+        InitialValues::Evolved => usize::try_from(start)
+            .ok()
+            .and_then(|start| tables.constants.get(start..)?.get(..words))
+            .is_some(),
+    }
+}
+
+/// Whether a continuous action lies in the program's own registers: a scalar or the head of a vector.
+///
+/// A program without one names the start of its registers, so that it has one encoding.
+fn output_in_place(header: &Header, program: &Program) -> bool {
+    let layout = Layout::new(header, program);
+    let output = usize::from(program.output);
+    match (header.action_kind, program.target) {
+        (ActionKind::Discrete, _) | (_, Target::Team(_)) => program.output == program.state_start,
+        (ActionKind::Continuous, Target::Atomic(_)) if header.actions == 1 => {
+            layout.is_scalar(output)
+        }
+        (ActionKind::Continuous, Target::Atomic(_)) => layout.is_vector(output),
+    }
+}
+
+/// Where a program's registers and the observation lie in the state.
+struct Layout {
+    width: usize,
+    observation: usize,
+    window: usize,
+    scalars: (usize, usize),
+    vectors: (usize, usize),
+    matrices: (usize, usize),
+}
+
+impl Layout {
+    fn new(header: &Header, program: &Program) -> Self {
+        let width = usize::from(header.width);
+        let [s, v, m] = program.registers.map(usize::from);
+        let scalars = usize::from(program.state_start);
+        let (vectors, matrices) = (scalars + s, scalars + s + v * width);
+        Layout {
+            width,
+            observation: usize::from(header.observation_len),
+            window: usize::from(header.window),
+            scalars: (scalars, vectors),
+            vectors: (vectors, matrices),
+            matrices: (matrices, matrices + m * width * width),
+        }
+    }
+
+    fn is_scalar(&self, at: usize) -> bool {
+        within(self.scalars, at)
+    }
+
+    fn is_vector(&self, at: usize) -> bool {
+        within(self.vectors, at) && (at - self.vectors.0).is_multiple_of(self.width)
+    }
+
+    fn is_matrix(&self, at: usize) -> bool {
+        within(self.matrices, at) && (at - self.matrices.0).is_multiple_of(self.width * self.width)
+    }
+
+    fn is_destination(&self, kind: Destination, at: usize) -> bool {
+        match kind {
+            Destination::None => at == 0,
+            Destination::S | Destination::SUpdate => self.is_scalar(at),
+            Destination::V => self.is_vector(at),
+            Destination::M => self.is_matrix(at),
+        }
+    }
+
+    fn is_source(&self, kind: Operand, at: usize) -> bool {
+        let width = self.width;
+        match kind {
+            Operand::None => at == 0,
+            Operand::S => at < self.observation || self.is_scalar(at),
+            Operand::V => at + width <= self.window || self.is_vector(at),
+            Operand::M => at + width * width <= self.window || self.is_matrix(at),
+            Operand::VElement => at < self.window || within(self.vectors, at),
+            Operand::MElement => at < self.window || within(self.matrices, at),
+            Operand::SOrVElement => {
+                at < self.window || self.is_scalar(at) || within(self.vectors, at)
+            }
+            Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => at < SLOTS,
+            Operand::VectorIndex => at < width,
+            Operand::MatrixIndex => at < width * width,
+            // Where cells lie is known once all programs are checked.
+            Operand::Cell => true,
+        }
+    }
+}
+
+pub(super) fn within((start, end): (usize, usize), at: usize) -> bool {
+    start <= at && at < end
+}
+
+fn check_code(
+    header: &Header,
+    tables: &Tables<'_>,
+    program: &Program,
+    number: u16,
+) -> Result<(), VerifyError> {
+    let layout = Layout::new(header, program);
+    for (index, bytes) in tables.code(program).iter().enumerate() {
+        let instruction_number = index as u16;
+        let Some(instruction) = Instruction::from_bytes(bytes) else {
+            return Err(VerifyError::Record {
+                table: "code",
+                index: program.code_start + u32::from(instruction_number),
+            });
+        };
+        if instruction.to_bytes() != *bytes {
+            return Err(VerifyError::Record {
+                table: "code",
+                index: program.code_start + u32::from(instruction_number),
+            });
+        }
+        let op = instruction.op;
+        let memory_fits = match op.group() {
+            Group::TeamMemory | Group::WholeReads => header.memory_model == MemoryModel::Team,
+            Group::Constants => header.initial_values == InitialValues::Evolved,
+            Group::Classic if matches!(op, Op::MemRead | Op::MemWrite) => {
+                header.memory_model == MemoryModel::Indexed
+            }
+            _ => true,
+        };
+        if header.groups & op.group().bit() == 0 || !memory_fits {
+            return Err(VerifyError::Group {
+                program: number,
+                instruction: instruction_number,
+            });
+        }
+        let [scalars, ..] = program.registers;
+        let [a, b] = op.operands();
+        let fields = [
+            (
+                'd',
+                layout.is_destination(op.destination(), usize::from(instruction.d)),
+            ),
+            ('a', layout.is_source(a, usize::from(instruction.a))),
+            ('b', layout.is_source(b, usize::from(instruction.b))),
+            // A write of indexed memory stores register c in column c: all must be there.
+            ('d', op != Op::MemWrite || usize::from(scalars) == REGISTERS),
+        ];
+        if let Some((field, _)) = fields.iter().find(|(_, right)| !right) {
+            return Err(VerifyError::Operand {
+                program: number,
+                instruction: instruction_number,
+                field: *field,
+            });
+        }
+    }
+    Ok(())
+}

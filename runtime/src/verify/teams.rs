@@ -1,0 +1,110 @@
+//! Checks of teams: members, exits, shared memory and cells.
+
+use super::header::{at_most, count, require};
+use super::programs::{has_constants, within};
+use super::{MAX_WORDS, VerifyError};
+use crate::blob::{Header, MemoryModel};
+use crate::isa::{INDEXED_CELLS, Op, Operand};
+use crate::tables::{Instruction, ProgramId, Section, Tables, Target, Team, TeamId, span};
+
+/// Checks team memory and cells, which lie behind the programs, and returns the state's length.
+pub(super) fn check_memory(
+    header: &Header,
+    tables: &Tables<'_>,
+    memory_start: usize,
+) -> Result<u32, VerifyError> {
+    let width = usize::from(header.width);
+    let (mut state, mut members, mut streams) = (memory_start, 0u32, 0usize);
+    for (index, bytes) in tables.teams.iter().enumerate() {
+        let team = Team::from_bytes(bytes);
+        let words = team.memory_words(width);
+        let in_place = team.to_bytes() == *bytes
+            && team.members_start == members
+            && span(tables.members, team.members_start, team.members_len).is_some()
+            && usize::from(team.memory_start) == state
+            && usize::from(team.streams_start) == streams
+            && (words == 0 || header.memory_model == MemoryModel::Team)
+            && has_constants(header, tables, team.constants_start, words);
+        if !in_place {
+            return Err(VerifyError::Record {
+                table: "teams",
+                index: index as u32,
+            });
+        }
+        members += u32::from(team.members_len);
+        state += words;
+        streams += team.streams();
+        at_most("words", MAX_WORDS, state as u32)?;
+    }
+    require("members", members, count(tables.members))?;
+    require("streams", streams as u32, u32::from(header.streams))?;
+    let mut previous = None;
+    for (index, bytes) in tables.cells.iter().enumerate() {
+        let cell = u16::from_le_bytes(*bytes);
+        let ascending = previous.is_none_or(|p| cell > p);
+        if !ascending || usize::from(cell) >= INDEXED_CELLS {
+            return Err(VerifyError::Record {
+                table: "cells",
+                index: index as u32,
+            });
+        }
+        previous = Some(cell);
+    }
+    let cells = (state, state + tables.cells.len());
+    at_most("words", MAX_WORDS, cells.1 as u32)?;
+    for (index, bytes) in tables.code.iter().enumerate() {
+        if let Some(i) = Instruction::from_bytes(bytes)
+            && i.op == Op::MemRead
+            && !within(cells, usize::from(i.a))
+        {
+            return Err(VerifyError::Record {
+                table: "code",
+                index: index as u32,
+            });
+        }
+    }
+    Ok(cells.1 as u32)
+}
+
+/// Checks what each team lists: programs exist, one leads out, slots that they read are kept.
+pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
+    for number in 0..header.teams {
+        let team = tables.team(TeamId(number)).unwrap_or_default();
+        if team.members_len == 0 {
+            return Err(VerifyError::EmptyTeam { team: number });
+        }
+        let mut exit = false;
+        for ProgramId(member) in tables.members(&team) {
+            let Some(program) = tables.program(ProgramId(member)) else {
+                return Err(VerifyError::NoSuchProgram {
+                    team: number,
+                    program: member,
+                });
+            };
+            exit |= matches!(program.target, Target::Atomic(_));
+            for (index, bytes) in tables.code(&program).iter().enumerate() {
+                let Some(instruction) = Instruction::from_bytes(bytes) else {
+                    continue;
+                };
+                let [source, _] = instruction.op.operands();
+                let section = match source {
+                    Operand::ScalarSlot => Section::Scalar,
+                    Operand::VectorSlot => Section::Vector,
+                    Operand::MatrixSlot => Section::Matrix,
+                    _ => continue,
+                };
+                if team.kept(section) & (1u8 << (instruction.a & 7)) == 0 {
+                    return Err(VerifyError::Operand {
+                        program: member,
+                        instruction: index as u16,
+                        field: 'a',
+                    });
+                }
+            }
+        }
+        if !exit {
+            return Err(VerifyError::NoExit { team: number });
+        }
+    }
+    Ok(())
+}
