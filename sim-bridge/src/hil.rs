@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::io::{self, Read as _, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -17,6 +17,8 @@ use crate::interrupt;
 use crate::outcome::{failure, status_of_code};
 use crate::run::{self, RunName};
 
+const PLANT: &str = "tpg-plant";
+const CONTROLLER: &str = "tpg-controller";
 /// Time between two looks at the children.
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
 /// Time that a child gets to end by itself after the other one, and again after it was asked to.
@@ -51,15 +53,16 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
     // Whatever is wrong with the arguments is found before anything is started.
     let setup = args.score.resolve()?;
     setup.arena()?;
+    let [plant_path, controller_path] = [sibling(PLANT)?, sibling(CONTROLLER)?];
     interrupt::install().map_err(failure)?;
     let name = RunName::unique().to_string();
-    let mut plant = Part::start("tpg-plant", |command| {
+    let mut plant = Part::start(PLANT, &plant_path, |command| {
         command
             .args(["--run", &name, "--attached"])
             .args(forwarded)
             .stdout(Stdio::piped());
     })?;
-    let mut controller = Part::start("tpg-controller", |command| {
+    let mut controller = Part::start(CONTROLLER, &controller_path, |command| {
         let timeout_ms = args.timeout.timeout_ms.to_string();
         command
             .args([
@@ -102,21 +105,18 @@ struct Part {
 }
 
 impl Part {
-    /// Starts a program that lies beside this one.
-    fn start(name: &'static str, prepare: impl FnOnce(&mut Command)) -> Result<Self, Failure> {
-        let path = sibling(name)?;
-        let mut command = Command::new(&path);
+    fn start(
+        name: &'static str,
+        path: &Path,
+        prepare: impl FnOnce(&mut Command),
+    ) -> Result<Self, Failure> {
+        let mut command = Command::new(path);
         // The pipe closes when this process ends, in whatever way, and the child ends with it.
         command.stdin(Stdio::piped());
         prepare(&mut command);
         let child = command
             .spawn()
-            .with_context(|| {
-                format!(
-                    "cannot start {}: it must lie beside tpg-hil",
-                    path.display()
-                )
-            })
+            .with_context(|| format!("cannot start {}", path.display()))
             .map_err(Failure::peer)?;
         Ok(Part {
             name,
@@ -175,9 +175,18 @@ impl Drop for Part {
     }
 }
 
-fn sibling(name: &str) -> io::Result<PathBuf> {
+/// A program that lies beside this one.
+fn sibling(name: &str) -> Result<PathBuf, Failure> {
     let file = format!("{name}{}", env::consts::EXE_SUFFIX);
-    Ok(env::current_exe()?.with_file_name(file))
+    let path = env::current_exe()?.with_file_name(file);
+    if path.is_file() {
+        Ok(path)
+    } else {
+        Err(Failure::peer(anyhow!(
+            "no program {}: it must lie beside tpg-hil; build it with `cargo build -p tpg-sim-bridge`",
+            path.display()
+        )))
+    }
 }
 
 /// Waits until both have ended; kills the one that does not follow the other in time.
@@ -213,7 +222,7 @@ fn watch(plant: &mut Part, controller: &mut Part) -> Result<(), Failure> {
     let failures = [plant.failure(), controller.failure()];
     match failures.into_iter().flatten().min_by_key(|(at, _)| *at) {
         Some((_, failure)) => Err(failure),
-        None if plant.killed => Err(Failure::peer(anyhow!("loop broke off: tpg-plant stalled"))),
+        None if plant.killed => Err(Failure::peer(anyhow!("loop broke off: {PLANT} stalled"))),
         None => Ok(()),
     }
 }

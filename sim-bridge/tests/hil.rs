@@ -114,10 +114,10 @@ fn two_loops_do_not_disturb_each_other() {
     let folder = Folder::new();
     let files = [0, 1].map(|k| folder.file(&format!("{k}.tpg"), &policy::cartpole(k)));
     let seeds = ["11", "12"];
-    let loops: Vec<_> = (0..6)
+    let loops: Vec<_> = (0..4)
         .map(|k| {
             let (file, seed) = (&files[k % 2], seeds[k % 2]);
-            let arguments = ["--seed", seed, "--episodes", "50", "--json"];
+            let arguments = ["--seed", seed, "--episodes", "8", "--json"];
             (file, arguments, Process::start(HIL, file, &arguments))
         })
         .collect();
@@ -228,6 +228,16 @@ fn third_process_of_a_run_is_refused() {
     let end = Process::start(PLANT, &file, &["--run", &run]).end();
     end.assert_failure(4, &["has a plant already"]);
     drop((plant, controller));
+}
+
+#[test]
+fn program_that_is_not_there_is_told() {
+    let folder = Folder::new();
+    let file = folder.file("a.tpg", &policy::cartpole(0));
+    let alone = folder.file("tpg-hil", b"");
+    std::fs::copy(HIL, &alone).expect("copied with its permissions");
+    let end = Process::start(alone.to_str().expect("UTF-8"), &file, &[]).end();
+    end.assert_failure(4, &["no program ", "tpg-plant: it must lie beside tpg-hil"]);
 }
 
 #[test]

@@ -10,8 +10,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Whatever takes longer hangs.
-pub const WATCHDOG: Duration = Duration::from_secs(60);
+/// Whatever takes longer hangs; polling is slow where other programs take the processors.
+pub const WATCHDOG: Duration = Duration::from_secs(180);
 
 /// A folder for policy files, removed in the end.
 pub struct Folder(tempfile::TempDir);

@@ -25,16 +25,27 @@ pub(super) fn run(args: &Args) -> Result<Status, Failure> {
     } else {
         PathBuf::from(PROGRAM)
     };
-    let status = Command::new(&program)
-        .args(&args.arguments)
-        .status()
-        .map_err(|e| {
-            Failure::usage(anyhow::Error::from(e).context(format!(
-                "cannot start {PROGRAM}, which is neither beside this executable nor on the \
-                 search path; build it with `cargo build --release -p tpg-sim-bridge`"
-            )))
-        })?;
-    // A process that a signal ended has no status of its own.
-    let code = status.code().and_then(|code| u8::try_from(code).ok());
-    std::process::exit(i32::from(code.unwrap_or(Status::OurFault as u8)));
+    let error = replace(Command::new(&program).args(&args.arguments));
+    Err(Failure::usage(anyhow::Error::from(error).context(format!(
+        "cannot start {PROGRAM}, which is neither beside this executable nor on the search path; \
+         build it with `cargo build --release -p tpg-sim-bridge`"
+    ))))
+}
+
+/// Becomes the command; returns only if it cannot be started.
+///
+/// As one process, it alone answers to Ctrl-C, and has cleared up when the shell goes on.
+#[cfg(unix)]
+fn replace(command: &mut Command) -> std::io::Error {
+    use std::os::unix::process::CommandExt as _;
+    command.exec()
+}
+
+/// Runs the command and ends with its status; returns only if it cannot be started.
+#[cfg(not(unix))]
+fn replace(command: &mut Command) -> std::io::Error {
+    match command.status() {
+        Ok(status) => std::process::exit(status.code().unwrap_or(Status::OurFault as i32)),
+        Err(error) => error,
+    }
 }
