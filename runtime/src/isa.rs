@@ -3,6 +3,8 @@
 //! Names, operand kinds, notation, cost and the fingerprint in every blob derive from [`isa!`]'s rows.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
+use crate::tables::Section;
+
 /// Number of registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
 /// Slots of each section of a team's shared memory (thesis §3.4.2).
@@ -203,6 +205,20 @@ macro_rules! isa {
             stringify!($code), $mnemonic, stringify!($dst), stringify!($a), stringify!($b), ";",
         )*));
     };
+}
+
+impl Op {
+    /// The section of team memory that the operation writes or reads, if it does.
+    #[must_use]
+    pub const fn section(self) -> Option<Section> {
+        let [first, _] = self.operands();
+        match (self.group(), first) {
+            (Group::TeamMemory, Operand::S) | (_, Operand::ScalarSlot) => Some(Section::Scalar),
+            (Group::TeamMemory, Operand::V) | (_, Operand::VectorSlot) => Some(Section::Vector),
+            (Group::TeamMemory, Operand::M) | (_, Operand::MatrixSlot) => Some(Section::Matrix),
+            _ => None,
+        }
+    }
 }
 
 /// FNV-1a, 32 bits.

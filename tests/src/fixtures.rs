@@ -46,7 +46,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
     let last = add_team(&mut population, &shape, 3, None);
     let middle = add_team(&mut population, &shape, 2, Some(last));
     let root = add_team(&mut population, &shape, 1, Some(middle));
-    lower(&population, root, &contract, [1; 16], Mode::Compact).expect("small enough")
+    lower(&population, root, &contract, [1; 16], None, Mode::Compact).expect("small enough")
 }
 
 /// A team of two atomic programs and, if it leads on, one that mostly outbids them.

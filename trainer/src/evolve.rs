@@ -47,7 +47,9 @@ pub(crate) mod tests {
                 inherit: 0.5,
                 delete: 0.1,
                 add: 0.075,
+                repeat: false,
                 reorder: 0.1,
+                mutate: 0.0,
             },
             program: ProgramParams {
                 size: SizeRange {
@@ -55,6 +57,7 @@ pub(crate) mod tests {
                     initial_max: 10,
                     max: 96,
                 },
+                code: 1.0,
                 change: 0.1,
                 swap: 0.1,
                 delete: 0.1,

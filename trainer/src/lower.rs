@@ -172,7 +172,7 @@ mod tests {
             }
             for root in &population.roots {
                 let [whole, compact] = [Mode::Whole, Mode::Compact].map(|mode| {
-                    lower(&population, *root, &contract, [0; 16], mode).expect("small enough")
+                    lower(&population, *root, &contract, [0; 16], None, mode).expect("small enough")
                 });
                 let ((a, teams, more), (b, _, fewer)) = (
                     decisions(&whole, &observations),

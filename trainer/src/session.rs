@@ -5,6 +5,7 @@ mod provenance;
 mod report;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -50,7 +51,7 @@ impl Budget {
 }
 
 /// What is known of a scored root.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// The generation in which it was scored.
     pub generation: u64,
@@ -58,6 +59,8 @@ pub struct Record {
     pub score: f64,
     /// Instructions executed per decision in those episodes.
     pub instructions_mean: f64,
+    /// Shared memory as it stood when the scoring began, where memory outlives agents.
+    pub memory: Option<Arc<[f32]>>,
 }
 
 /// A training run between two generations.
@@ -70,6 +73,8 @@ pub struct Session {
     seconds: f64,
     population: Population,
     records: BTreeMap<TeamId, Record>,
+    /// The population's memory, for scopes in which it outlives agents; `None` until something is in it.
+    memory: Option<Arc<[f32]>>,
 }
 
 /// Why a run could not go on.
@@ -108,6 +113,7 @@ impl Session {
             seconds: 0.0,
             population: Population::default(),
             records: BTreeMap::new(),
+            memory: None,
         })
     }
 
@@ -194,44 +200,89 @@ impl Session {
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
             .collect();
-        let split = match self.blueprint.contract.reset_scope {
-            ResetScope::PerEpisode | ResetScope::EveryDecision => Split::Episodes,
-            _ => Split::Agents,
-        };
+        match self.blueprint.contract.reset_scope {
+            ResetScope::PerEpisode | ResetScope::EveryDecision => {
+                self.score_apart(pool, newcomers, &seeds, Split::Episodes)
+            }
+            ResetScope::PerAgent => self.score_apart(pool, newcomers, &seeds, Split::Agents),
+            ResetScope::PerGeneration => {
+                self.memory = None;
+                self.score_in_turn(pool, newcomers, &seeds)
+            }
+            ResetScope::Original => self.score_in_turn(pool, newcomers, &seeds),
+        }
+    }
+
+    /// Scores roots that share nothing, on all threads.
+    fn score_apart(
+        &mut self,
+        pool: &mut Pool,
+        newcomers: &[TeamId],
+        seeds: &[u64],
+        split: Split,
+    ) -> Tally {
         let blobs: Vec<Option<Vec<u8>>> = newcomers
             .iter()
-            .map(|root| self.export(*root, self.generation).ok())
+            .map(|root| self.export(*root, self.generation, None).ok())
             .collect();
         let policies: Vec<Option<Policy<'_>>> = blobs
             .iter()
             .map(|blob| Policy::load(blob.as_deref()?).ok())
             .collect();
         let scorable: Vec<Policy<'_>> = policies.iter().flatten().copied().collect();
-        let mut results = pool.score(&scorable, &seeds, split).into_iter();
+        let mut results = pool.score(&scorable, seeds, split).into_iter();
         let mut tally = Tally::default();
         for (root, policy) in newcomers.iter().zip(&policies) {
             let result = policy.and_then(|_| results.next()?.ok());
-            let record = tally.add(result.as_deref(), self.generation);
+            let record = tally.add(result.as_deref(), self.generation, None);
             self.records.insert(*root, record);
         }
         tally
     }
 
-    /// The blob of a root, as it was scored in `generation`.
-    fn export(&self, root: TeamId, generation: u64) -> Result<Vec<u8>, LowerError> {
+    /// Scores roots one after another, oldest first: each finds the memory that the one before left.
+    ///
+    /// The thesis's pool interleaved its processes at random; a fixed order makes runs repeatable.
+    fn score_in_turn(&mut self, pool: &mut Pool, newcomers: &[TeamId], seeds: &[u64]) -> Tally {
+        let mut tally = Tally::default();
+        for root in newcomers {
+            let found = self.memory.clone();
+            let blob = self.export(*root, self.generation, found.as_deref()).ok();
+            let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
+            let result = policy.and_then(|policy| pool.score_alone(policy, seeds).ok());
+            let (episodes, memory) = result.unzip();
+            if let Some(memory) = memory {
+                self.memory = Some(memory.into());
+            }
+            let record = tally.add(episodes.as_deref(), self.generation, found);
+            self.records.insert(*root, record);
+        }
+        tally
+    }
+
+    /// The blob of a root, as it was scored in `generation` with the memory that it found.
+    fn export(
+        &self,
+        root: TeamId,
+        generation: u64,
+        memory: Option<&[f32]>,
+    ) -> Result<Vec<u8>, LowerError> {
+        let provenance = provenance::hash(&self.config, self.seed, generation);
+        let contract = &self.blueprint.contract;
         lower(
             &self.population,
             root,
-            &self.blueprint.contract,
-            provenance::hash(&self.config, self.seed, generation),
+            contract,
+            provenance,
+            memory,
             Mode::Compact,
         )
     }
 
     /// The best root, ties to the older, with its record.
     #[must_use]
-    pub fn champion(&self) -> Option<(TeamId, Record)> {
-        let records = self.records.iter().map(|(id, r)| (*id, *r));
+    pub fn champion(&self) -> Option<(TeamId, &Record)> {
+        let records = self.records.iter().map(|(id, r)| (*id, r));
         records.min_by(|a, b| rank((a.0, a.1.score), (b.0, b.1.score)))
     }
 
@@ -242,7 +293,7 @@ impl Session {
     pub fn export_champion(&self) -> Result<Vec<u8>, SessionError> {
         match self.champion() {
             Some((root, record)) if record.score.is_finite() => {
-                Ok(self.export(root, record.generation)?)
+                Ok(self.export(root, record.generation, record.memory.as_deref())?)
             }
             _ => Err(SessionError::NothingScored {
                 generation: self.generation,
@@ -300,7 +351,12 @@ struct Tally {
 
 impl Tally {
     /// Counts a team's episodes; none means that it was too large to be scored.
-    fn add(&mut self, episodes: Option<&[Episode]>, generation: u64) -> Record {
+    fn add(
+        &mut self,
+        episodes: Option<&[Episode]>,
+        generation: u64,
+        memory: Option<Arc<[f32]>>,
+    ) -> Record {
         let episodes = episodes.unwrap_or_default();
         let steps: u64 = episodes.iter().map(|e| u64::from(e.steps)).sum();
         let instructions: u64 = episodes.iter().map(|e| e.instructions).sum();
@@ -317,6 +373,7 @@ impl Tally {
                 f64::NEG_INFINITY
             },
             instructions_mean: instructions as f64 / steps.max(1) as f64,
+            memory,
         }
     }
 }

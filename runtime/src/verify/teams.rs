@@ -4,8 +4,8 @@ use super::header::{at_most, count, require};
 use super::programs::{has_constants, within};
 use super::{MAX_WORDS, VerifyError};
 use crate::blob::{Header, MemoryModel};
-use crate::isa::{INDEXED_CELLS, Op, Operand};
-use crate::tables::{Instruction, ProgramId, Section, Tables, Target, Team, TeamId, span};
+use crate::isa::{Destination, INDEXED_CELLS, Op};
+use crate::tables::{Instruction, ProgramId, Tables, Target, Team, TeamId, span};
 
 /// Checks team memory and cells, which lie behind the programs, and returns the state's length.
 pub(super) fn check_memory(
@@ -86,13 +86,13 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
                 let Some(instruction) = Instruction::from_bytes(bytes) else {
                     continue;
                 };
-                let [source, _] = instruction.op.operands();
-                let section = match source {
-                    Operand::ScalarSlot => Section::Scalar,
-                    Operand::VectorSlot => Section::Vector,
-                    Operand::MatrixSlot => Section::Matrix,
-                    _ => continue,
+                // What writes has no destination; a slot that is not kept swallows the write.
+                let Some(section) = instruction.op.section() else {
+                    continue;
                 };
+                if instruction.op.destination() == Destination::None {
+                    continue;
+                }
                 if team.kept(section) & (1u8 << (instruction.a & 7)) == 0 {
                     return Err(VerifyError::Operand {
                         program: member,

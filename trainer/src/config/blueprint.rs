@@ -1,7 +1,8 @@
 //! A configuration whose meaning has been checked, in the types that evolution and scoring use.
 
 use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope};
-use tpg_runtime::isa::Group;
+use tpg_runtime::isa::{Group, Op};
+use tpg_runtime::tables::Section;
 
 use super::layers::nearest;
 use super::{Config, ConfigError};
@@ -63,11 +64,7 @@ impl Blueprint {
             reset_scope: named(
                 "policy.reset-scope",
                 &policy.reset_scope,
-                &[
-                    ResetScope::PerAgent,
-                    ResetScope::PerEpisode,
-                    ResetScope::EveryDecision,
-                ],
+                ResetScope::ALL,
                 ResetScope::name,
             )?,
             memory_model: named("policy.memory", &policy.memory, MemoryModel::ALL, |v| {
@@ -79,7 +76,7 @@ impl Blueprint {
         Ok(Blueprint {
             genes: Genes {
                 shape: contract.shape,
-                ops: Genes::ops_of(&groups),
+                ops: ops(&groups, &policy.memory_sections, contract.memory_model)?,
                 constants: contract.initial_values == InitialValues::Evolved,
                 team_memory: contract.memory_model == MemoryModel::Team,
             },
@@ -159,6 +156,33 @@ fn groups(names: &[String]) -> Result<Vec<Group>, ConfigError> {
         .collect()
 }
 
+/// The operations of these groups that use none but the memory that there is.
+fn ops(groups: &[Group], sections: &[String], memory: MemoryModel) -> Result<Vec<Op>, ConfigError> {
+    let key = "policy.memory-sections";
+    let sections: Vec<Section> = sections
+        .iter()
+        .map(|name| named(key, name, &Section::ALL, section_name))
+        .collect::<Result<_, _>>()?;
+    let mut ops = Genes::ops_of(groups);
+    ops.retain(|op| op.section().is_none_or(|s| sections.contains(&s)));
+    if memory != MemoryModel::Indexed {
+        ops.retain(|op| !matches!(op, Op::MemRead | Op::MemWrite));
+    }
+    if groups.contains(&Group::TeamMemory) && sections.is_empty() {
+        return Err(value(key, "[]", "team memory needs at least one section"));
+    }
+    Ok(ops)
+}
+
+/// Configuration name of a section of team memory.
+fn section_name(section: Section) -> &'static str {
+    match section {
+        Section::Scalar => "scalar",
+        Section::Vector => "vector",
+        Section::Matrix => "matrix",
+    }
+}
+
 fn shape(width: u16, inputs: usize, actions: ActionSpace) -> Result<Shape, ConfigError> {
     let outputs = match actions {
         ActionSpace::Discrete(_) => 1,
@@ -208,8 +232,8 @@ fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Resul
         let why = "memory = \"team\" and the group team-memory go together";
         return Err(value("policy.memory", &config.policy.memory, why));
     }
-    if has(Group::Classic) != (contract.memory_model == MemoryModel::Indexed) {
-        let why = "memory = \"indexed\" and the group classic go together";
+    if contract.memory_model == MemoryModel::Indexed && !has(Group::Classic) {
+        let why = "memory = \"indexed\" needs the group classic";
         return Err(value("policy.memory", &config.policy.memory, why));
     }
     if has(Group::Constants) && contract.initial_values == InitialValues::Zero {
@@ -242,6 +266,8 @@ fn check_params(params: &EvolutionParams, episodes: u32) -> Result<(), ConfigErr
         ("evolution.team.delete", team.delete),
         ("evolution.team.add", team.add),
         ("evolution.team.reorder", team.reorder),
+        ("evolution.team.mutate", team.mutate),
+        ("evolution.program.code", program.code),
         ("evolution.program.change", program.change),
         ("evolution.program.swap", program.swap),
         ("evolution.program.delete", program.delete),

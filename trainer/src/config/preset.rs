@@ -13,7 +13,13 @@ macro_rules! files {
 }
 
 const TASKS: &[(&str, &str)] = files!("tasks": "inverted-double-pendulum" "hopper" "cartpole");
-const VARIANTS: &[(&str, &str)] = files!("variants": "sl-nc" "sl" "sr" "sr-sm");
+/// Chapter 3's variants and its future work (T Tab 3.1, §3.8), for every task.
+const VARIANTS: &[(&str, &str)] =
+    files!("variants": "sl-nc" "sl" "sr" "sr-sm" "sr-mm" "sr-sm-whole");
+/// Chapter 2's strategies (T Alg 1), for its own tasks of classic control.
+const STRATEGIES: &[(&str, &str)] =
+    files!("variants": "original" "per-generation" "per-agent" "per-episode" "no-memory");
+const CLASSIC_CONTROL: &[&str] = &["cartpole"];
 /// Suffix and observability; without a suffix the task's own holds.
 const BLACKOUTS: &[(&str, &str)] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];
 
@@ -58,7 +64,12 @@ impl Preset {
 pub fn presets() -> Result<Vec<Preset>, ConfigError> {
     let mut presets = Vec::new();
     for (task, task_file) in TASKS {
-        for (variant, variant_file) in VARIANTS {
+        let strategies = if CLASSIC_CONTROL.contains(task) {
+            STRATEGIES
+        } else {
+            &[]
+        };
+        for (variant, variant_file) in VARIANTS.iter().chain(strategies) {
             for (suffix, blackout) in BLACKOUTS {
                 let task_layer = parse(task_file)?;
                 let own = task_layer.get("observability").and_then(|o| o.as_array());

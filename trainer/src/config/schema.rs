@@ -36,6 +36,8 @@ pub struct PolicyConfig {
     pub reset_scope: String,
     /// What memory programs share.
     pub memory: String,
+    /// Sections of team memory that programs may write and read.
+    pub memory_sections: Vec<String>,
 }
 
 /// How teams are scored.

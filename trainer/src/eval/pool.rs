@@ -111,7 +111,25 @@ impl Pool {
         }
         scored
     }
+
+    /// Runs one policy on every seed, in order, and returns the shared memory that it leaves too.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if the policy is too large for a host's agent.
+    pub fn score_alone(
+        &mut self,
+        policy: Policy<'_>,
+        episode_seeds: &[u64],
+    ) -> Result<Alone, CapacityError> {
+        let mut agent = Box::new(HostAgent::new(policy)?);
+        let arena = self.arenas.first_mut();
+        let episodes = arena.map_or_else(Vec::new, |arena| run(arena, &mut agent, episode_seeds));
+        Ok((episodes, agent.memory().to_vec()))
+    }
 }
+
+/// What one policy's episodes came to, and the memory that they left.
+type Alone = (Vec<Episode>, Vec<f32>);
 
 /// Loads a policy into the worker's agent, which is made at its first policy.
 fn load<'p>(

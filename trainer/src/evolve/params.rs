@@ -46,8 +46,12 @@ pub struct TeamParams {
     pub delete: f64,
     /// Gaining a program of the population.
     pub add: f64,
+    /// Goes on losing and gaining while it succeeds, the probability multiplied by itself each time (PyTPG).
+    pub repeat: bool,
     /// Moving a program to another place in the order.
     pub reorder: f64,
+    /// For each program: replacing it by a mutated clone; 0 stands for 1/size. At least one is replaced.
+    pub mutate: f64,
 }
 
 /// How programs vary; rates are probabilities for each program that is mutated.
@@ -56,6 +60,8 @@ pub struct TeamParams {
 pub struct ProgramParams {
     /// Number of instructions.
     pub size: SizeRange,
+    /// Varying the code at all, before the four rates below.
+    pub code: f64,
     /// Changing one field of an instruction, or all of it.
     pub change: f64,
     /// Swapping two instructions.

@@ -98,18 +98,30 @@ impl Variation<'_> {
         rng: &mut Rng,
     ) {
         let params = &self.params.team;
-        if rng.chance(params.delete) && team.members.len() > 1 {
+        let mut rate = params.delete;
+        while team.members.len() > 1 && rng.chance(rate) {
             let at = rng.below(team.members.len() as u64) as usize;
             let removed = team.members.remove(at);
             if !population.has_exit(&team.members) {
                 team.members.insert(at, removed);
             }
+            rate = if params.repeat {
+                rate * params.delete
+            } else {
+                0.0
+            };
         }
-        if rng.chance(params.add) && team.members.len() < params.size.max as usize {
+        let mut rate = params.add;
+        while team.members.len() < params.size.max as usize && rng.chance(rate) {
             let newcomer = elders.programs[rng.below(elders.programs.len() as u64) as usize];
             if !team.members.contains(&newcomer) {
                 team.members.push(newcomer);
             }
+            rate = if params.repeat {
+                rate * params.add
+            } else {
+                0.0
+            };
         }
         if rng.chance(params.reorder) {
             let len = team.members.len() as u64;
@@ -118,7 +130,7 @@ impl Variation<'_> {
         }
     }
 
-    /// Replaces each program, with probability 1/size and at least one, by a mutated clone.
+    /// Replaces each program with a probability, and at least one, by a mutated clone.
     fn mutate_programs(
         &self,
         population: &mut Population,
@@ -127,15 +139,19 @@ impl Variation<'_> {
         rng: &mut Rng,
     ) {
         let size = team.members.len();
-        let mut chosen: Vec<usize> = (0..size)
-            .filter(|_| rng.chance(1.0 / size as f64))
-            .collect();
+        let rate = match self.params.team.mutate {
+            0.0 => 1.0 / size as f64,
+            rate => rate,
+        };
+        let mut chosen: Vec<usize> = (0..size).filter(|_| rng.chance(rate)).collect();
         if chosen.is_empty() {
             chosen.push(rng.below(size as u64) as usize);
         }
         for at in chosen {
             let mut program = Program::clone(population.program(team.members[at]));
-            self.mutate_code(&mut program, rng);
+            if rng.chance(self.params.program.code) {
+                self.mutate_code(&mut program, rng);
+            }
             if !program.constants.is_empty() && rng.chance(self.params.constants.mutate) {
                 program.constants = self.mutate_constants(&program.constants, rng);
             }

@@ -60,6 +60,8 @@ pub enum LowerError {
 
 /// Lowers an agent to the bytes of a blob.
 ///
+/// `memory` is an image of indexed memory that the policy finds when it starts, one value for each cell.
+///
 /// # Errors
 /// [`LowerError::TooLarge`] if the graph exceeds what the format's fields can say.
 pub fn lower(
@@ -67,6 +69,7 @@ pub fn lower(
     root: TeamId,
     contract: &Contract,
     provenance: [u8; 16],
+    memory: Option<&[f32]>,
     mode: Mode,
 ) -> Result<Vec<u8>, LowerError> {
     let graph = graph(population, root);
@@ -91,7 +94,7 @@ pub fn lower(
         kept.cells = (0..INDEXED_CELLS as u16).collect();
     }
     let registers = registers(&kept, &results, mode);
-    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance)
+    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
 }
 
 /// Teams and programs in order of discovery from the root.
@@ -339,9 +342,18 @@ impl<'a> Emitter<'a> {
         start
     }
 
-    fn encode(mut self, provenance: [u8; 16]) -> Result<Vec<u8>, LowerError> {
+    fn encode(
+        mut self,
+        provenance: [u8; 16],
+        memory: Option<&[f32]>,
+    ) -> Result<Vec<u8>, LowerError> {
         self.header.provenance = provenance;
         let cells: Vec<[u8; 2]> = self.kept.cells.iter().map(|c| c.to_le_bytes()).collect();
+        let image: Vec<[u8; 4]> = memory
+            .into_iter()
+            .flatten()
+            .map(|x| x.to_le_bytes())
+            .collect();
         let tables = Tables {
             teams: &self.teams,
             members: &self.members,
@@ -349,7 +361,7 @@ impl<'a> Emitter<'a> {
             code: &self.code,
             constants: &self.constants,
             cells: &cells,
-            memory: &[],
+            memory: &image,
             front_end: &[],
             labels: &self.contract.labels,
             task: &self.contract.task,

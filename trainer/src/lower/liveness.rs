@@ -63,23 +63,8 @@ pub(super) fn register_written(op: Op) -> Option<Section> {
 
 /// The section of team memory that an instruction reads, with its slot.
 pub(super) fn slot_read(instruction: &Instruction) -> Option<(Section, u8)> {
-    let section = match instruction.op.operands()[0] {
-        Operand::ScalarSlot => Section::Scalar,
-        Operand::VectorSlot => Section::Vector,
-        Operand::MatrixSlot => Section::Matrix,
-        _ => return None,
-    };
-    Some((section, instruction.a.register))
-}
-
-/// The section of team memory that an instruction writes.
-fn section_written(op: Op) -> Option<Section> {
-    match op {
-        Op::WriteS => Some(Section::Scalar),
-        Op::WriteV => Some(Section::Vector),
-        Op::WriteM => Some(Section::Matrix),
-        _ => None,
-    }
+    register_written(instruction.op)?;
+    Some((instruction.op.section()?, instruction.a.register))
 }
 
 /// What outside a program depends on it.
@@ -122,7 +107,7 @@ fn pass(instruction: &Instruction, demand: &Demand, live: &mut Registers) -> boo
     let needed = match written {
         Some((section, register)) => live.contains(section, register),
         None if op == Op::MemWrite => demand.columns != 0,
-        None => section_written(op).is_some_and(|s| demand.sections[s as usize]),
+        None => op.section().is_some_and(|s| demand.sections[s as usize]),
     };
     if !needed {
         return false;

@@ -68,6 +68,7 @@ struct Stored {
     next_team: u64,
     next_program: u64,
     roots: Vec<TeamId>,
+    memory: Option<Arc<[f32]>>,
     records: Vec<(TeamId, Record)>,
     teams: Vec<StoredTeam>,
     programs: Vec<StoredProgram>,
@@ -136,7 +137,12 @@ pub fn save(session: &Session, path: &Path) -> Result<(), CheckpointError> {
         next_team: population.next_team,
         next_program: population.next_program,
         roots: population.roots.clone(),
-        records: session.records.iter().map(|(id, r)| (*id, *r)).collect(),
+        memory: session.memory.clone(),
+        records: session
+            .records
+            .iter()
+            .map(|(id, r)| (*id, r.clone()))
+            .collect(),
         teams,
         programs,
         constants: blocks.blocks,
@@ -238,5 +244,6 @@ fn restore(stored: Stored) -> Result<Session, String> {
         seconds: stored.seconds,
         population,
         records,
+        memory: stored.memory,
     })
 }
