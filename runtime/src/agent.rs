@@ -7,62 +7,14 @@ use heapless::Vec;
 
 use crate::action::Action;
 use crate::blob::{ActionKind, MemoryModel, ResetScope};
-use crate::exec::{self, Machine, Path};
+use crate::exec::{self, Machine};
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::rng::Pcg32;
 use crate::tables::{Program, ProgramId, Section, Target, Team};
+use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
-
-/// Which vector widths an [`Agent`] is compiled for.
-pub trait Width: sealed::Sealed {}
-
-mod sealed {
-    use super::{Machine, Path, Policy};
-
-    pub trait Sealed {
-        /// The only width, or `None` for every width up to the limit.
-        const ONLY: Option<u16>;
-        fn decide(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path;
-    }
-}
-
-/// One width `W`: the interpreter is compiled once, for firmware.
-#[derive(Debug, Clone, Copy)]
-pub struct Fixed<const W: usize>;
-
-/// Any width up to [`MAX_WIDTH`](crate::MAX_WIDTH): one copy of the interpreter for each, for hosts.
-#[derive(Debug, Clone, Copy)]
-pub struct AnyWidth;
-
-impl<const W: usize> Width for Fixed<W> {}
-impl Width for AnyWidth {}
-
-impl<const W: usize> sealed::Sealed for Fixed<W> {
-    const ONLY: Option<u16> = Some(W as u16);
-
-    #[inline(always)]
-    fn decide(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path {
-        exec::decide::<W>(policy, machine)
-    }
-}
-
-impl sealed::Sealed for AnyWidth {
-    const ONLY: Option<u16> = None;
-
-    fn decide(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path {
-        macro_rules! dispatch {
-            ($($w:literal)*) => {
-                match policy.header.width {
-                    $($w => exec::decide::<$w>(policy, machine),)*
-                    // The verifier has refused every other width.
-                    _ => exec::decide::<1>(policy, machine),
-                }
-            };
-        }
-        dispatch!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
-    }
-}
+use crate::width::{AnyWidth, Width};
 
 /// What begins when an agent is reset; the policy's [`ResetScope`] decides what that clears.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -280,6 +232,28 @@ impl<
     /// # Errors
     /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
     pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
+        self.decide_observed(observation, ())
+    }
+
+    /// As [`Agent::decide`], with the same result, and tells an observer how it came about.
+    ///
+    /// # Errors
+    /// As for [`Agent::decide`].
+    #[cfg(feature = "trace")]
+    pub fn decide_traced(
+        &mut self,
+        observation: &[f32],
+        observer: &mut dyn Observer,
+    ) -> Result<Decision<'_>, ObservationError> {
+        self.decide_observed(observation, observer)
+    }
+
+    #[inline(always)]
+    fn decide_observed<O: Observer>(
+        &mut self,
+        observation: &[f32],
+        observer: O,
+    ) -> Result<Decision<'_>, ObservationError> {
         let header = &self.policy.header;
         let needed = usize::from(header.observation_len);
         if observation.len() != needed {
@@ -300,6 +274,7 @@ impl<
                 visited: &mut self.visited,
                 streams: &mut self.streams,
                 indexed: &mut self.indexed,
+                observer,
             },
         );
         Ok(Decision {

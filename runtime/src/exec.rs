@@ -3,24 +3,30 @@
 //! Every offset was checked by [`crate::verify`]; accesses go through `get`, so that even a policy
 //! built by a faulty verifier could only compute a wrong number.
 
-use rand_core::Rng as _;
+mod rows;
+mod shared;
 
 use crate::blob::{InitialValues, RegisterMode};
-use crate::isa::{Op, REGISTERS};
+use crate::isa::Op;
 use crate::math::{self, classic};
-use crate::memory::{IndexedStream, slot_of};
+use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
 use crate::tables::{Instruction, Program, ProgramId, Section, Target, Team, TeamId};
+use crate::trace::Observer;
 use crate::verify::Policy;
 
+use rows::{each_row, elements, matrix, put_matrix, put_row, row, rows2};
+use shared::{read, read_cell, read_whole, reload, write, write_indexed};
+
 /// The changing state of an agent, wherever it is kept.
-pub struct Machine<'s> {
+pub struct Machine<'s, O> {
     pub words: &'s mut [f32],
     /// Bid of every program that ran in this decision, else NaN, which no bid ever is.
     pub bids: &'s mut [f32],
     pub visited: &'s mut [bool],
     pub streams: &'s mut [Pcg32],
     pub indexed: &'s mut IndexedStream,
+    pub observer: O,
 }
 
 /// How a decision came about.
@@ -35,7 +41,10 @@ pub struct Path {
 }
 
 /// Runs one decision for a policy of vector width `W`; the observation lies in the window already.
-pub(crate) fn decide<const W: usize>(policy: &Policy<'_>, machine: &mut Machine<'_>) -> Path {
+pub(crate) fn decide<const W: usize, O: Observer>(
+    policy: &Policy<'_>,
+    machine: &mut Machine<'_, O>,
+) -> Path {
     machine.bids.fill(f32::NAN);
     machine.visited.fill(false);
     let mut path = Path {
@@ -53,6 +62,7 @@ pub(crate) fn decide<const W: usize>(policy: &Policy<'_>, machine: &mut Machine<
             *seen = true;
         }
         path.teams += 1;
+        machine.observer.enter(team_id);
         let mut best: Option<(f32, ProgramId, Target)> = None;
         for program_id in policy.tables.members(&team) {
             let Some(program) = policy.tables.program(program_id) else {
@@ -61,9 +71,11 @@ pub(crate) fn decide<const W: usize>(policy: &Policy<'_>, machine: &mut Machine<
             if let Target::Team(TeamId(next)) = program.target
                 && machine.visited.get(usize::from(next)).is_none_or(|v| *v)
             {
+                machine.observer.skip(program_id);
                 continue;
             }
-            let bid = bid::<W>(policy, machine, &team, program_id, &program, &mut path);
+            let bid = bid::<W, O>(policy, machine, &team, program_id, &program, &mut path);
+            machine.observer.bid(program_id, bid);
             // Only a higher bid takes over: of equals the earlier program wins.
             if best.is_none_or(|(highest, ..)| bid > highest) {
                 best = Some((bid, program_id, program.target));
@@ -73,6 +85,7 @@ pub(crate) fn decide<const W: usize>(policy: &Policy<'_>, machine: &mut Machine<
             break;
         };
         path.winner = winner;
+        machine.observer.choose(winner, target);
         match target {
             Target::Atomic(_) => break,
             Target::Team(next) => team_id = next,
@@ -83,9 +96,9 @@ pub(crate) fn decide<const W: usize>(policy: &Policy<'_>, machine: &mut Machine<
 
 /// The program's bid in this decision; runs it unless another visited team has.
 #[inline(always)]
-fn bid<const W: usize>(
+fn bid<const W: usize, O: Observer>(
     policy: &Policy<'_>,
-    machine: &mut Machine<'_>,
+    machine: &mut Machine<'_, O>,
     team: &Team,
     program_id: ProgramId,
     program: &Program,
@@ -100,7 +113,8 @@ fn bid<const W: usize>(
     if policy.header.register_mode == RegisterMode::Stateless {
         reset_registers(policy, machine.words, program);
     }
-    run::<W>(policy, machine, team, program);
+    machine.observer.run(program_id, program.code_len);
+    run::<W, O>(policy, machine, team, program);
     path.instructions += u32::from(program.code_len);
     let bid = load(machine.words, program.state_start);
     if let Some(place) = machine.bids.get_mut(slot) {
@@ -160,9 +174,9 @@ fn store(words: &mut [f32], at: u16, value: f32) {
 }
 
 #[inline(always)]
-fn run<const W: usize>(
+fn run<const W: usize, O: Observer>(
     policy: &Policy<'_>,
-    machine: &mut Machine<'_>,
+    machine: &mut Machine<'_, O>,
     team: &Team,
     program: &Program,
 ) {
@@ -196,7 +210,11 @@ fn run<const W: usize>(
             Op::Log => math::log(a),
             Op::Heaviside => math::heaviside(a),
             Op::Cond => math::cond(load(words, i.d), a, b),
-            Op::VElement | Op::MElement | Op::MemRead => a,
+            Op::VElement | Op::MElement => a,
+            Op::MemRead => {
+                read_cell(policy, &mut machine.observer, i.a);
+                a
+            }
             Op::ClassicAdd => classic::add(load(words, i.d), a),
             Op::ClassicSub => classic::sub(load(words, i.d), a),
             Op::ClassicMult => classic::mult(load(words, i.d)),
@@ -206,7 +224,7 @@ fn run<const W: usize>(
             Op::ClassicLog => classic::log(load(words, i.d), a),
             Op::ClassicExp => classic::exp(a),
             _ => {
-                wide::<W>(policy, machine, team, program, i);
+                wide::<W, O>(policy, machine, team, program, i);
                 continue;
             }
         };
@@ -214,73 +232,11 @@ fn run<const W: usize>(
     }
 }
 
-/// A row of W words, copied to the stack, so that destinations may overlap sources.
-#[inline(always)]
-fn row<const W: usize>(words: &[f32], at: usize) -> [f32; W] {
-    words
-        .get(at..)
-        .and_then(|rest| rest.first_chunk::<W>())
-        .map_or([0.0; W], |row| *row)
-}
-
-#[inline(always)]
-fn put_row<const W: usize>(words: &mut [f32], at: usize, value: &[f32; W]) {
-    if let Some(place) = words
-        .get_mut(at..)
-        .and_then(|rest| rest.first_chunk_mut::<W>())
-    {
-        *place = *value;
-    }
-}
-
-/// A W×W matrix in place.
-#[inline(always)]
-fn matrix<const W: usize>(words: &[f32], at: usize) -> Option<&[[f32; W]; W]> {
-    let (rows, _) = words.get(at..)?.as_chunks::<W>();
-    rows.first_chunk::<W>()
-}
-
-/// The elements of a matrix, row by row.
-#[inline(always)]
-fn elements<const W: usize>(words: &[f32], at: usize) -> &[f32] {
-    matrix::<W>(words, at).map_or(&[], |rows| rows.as_flattened())
-}
-
-#[inline(always)]
-fn put_matrix<const W: usize>(words: &mut [f32], at: usize, value: &[[f32; W]; W]) {
-    for (r, row) in value.iter().enumerate() {
-        put_row(words, at + r * W, row);
-    }
-}
-
-/// One result for each row of the matrix at `at`.
-#[inline(always)]
-fn each_row<const W: usize>(words: &[f32], at: usize, f: impl Fn(&[f32]) -> f32) -> [f32; W] {
-    let mut out = [0.0; W];
-    for (r, out) in out.iter_mut().enumerate() {
-        *out = f(&row::<W>(words, at + r * W));
-    }
-    out
-}
-
-/// Row by row, `f` of the rows at `a` and `b`, into the matrix at `d`.
-#[inline(always)]
-fn rows2<const W: usize>(
-    words: &mut [f32],
-    [d, a, b]: [usize; 3],
-    f: impl Fn(&[f32; W], &[f32; W]) -> [f32; W],
-) {
-    for offset in (0..W).map(|r| r * W) {
-        let value = f(&row(words, a + offset), &row(words, b + offset));
-        put_row(words, d + offset, &value);
-    }
-}
-
 /// Everything that touches vectors, matrices, constants or shared memory.
 #[inline(never)]
-fn wide<const W: usize>(
+fn wide<const W: usize, O: Observer>(
     policy: &Policy<'_>,
-    machine: &mut Machine<'_>,
+    machine: &mut Machine<'_, O>,
     team: &Team,
     program: &Program,
     i: Instruction,
@@ -395,79 +351,12 @@ fn wide<const W: usize>(
         Op::WriteS => write(machine, team, Section::Scalar, a, W),
         Op::WriteV => write(machine, team, Section::Vector, a, W),
         Op::WriteM => write(machine, team, Section::Matrix, a, W),
-        Op::ReadS => read(words, team, Section::Scalar, i, W),
-        Op::ReadV => read(words, team, Section::Vector, i, W),
-        Op::ReadM => read(words, team, Section::Matrix, i, W),
-        Op::ReadWholeV => read_whole(words, team, Section::Vector, [d, a], W),
-        Op::ReadWholeM => read_whole(words, team, Section::Matrix, [d, a], W),
+        Op::ReadS => read(machine, team, Section::Scalar, i, W),
+        Op::ReadV => read(machine, team, Section::Vector, i, W),
+        Op::ReadM => read(machine, team, Section::Matrix, i, W),
+        Op::ReadWholeV => read_whole(machine, team, Section::Vector, [d, a], W),
+        Op::ReadWholeM => read_whole(machine, team, Section::Matrix, [d, a], W),
         Op::MemWrite => write_indexed(policy, machine, program),
         _ => {}
-    }
-}
-
-/// Sets a register to its evolved constant: both lie equally far from their starts.
-fn reload(policy: &Policy<'_>, words: &mut [f32], program: &Program, d: u16, len: usize) {
-    let offset = u32::from(d.saturating_sub(program.state_start));
-    fill_initial(policy, words, d, program.constants_start + offset, len);
-}
-
-/// Writes a register to a slot drawn at random (thesis Equation 3.4.1); slots that nobody reads are not kept.
-fn write(machine: &mut Machine<'_>, team: &Team, section: Section, source: usize, width: usize) {
-    let Some(stream) = team
-        .stream(section)
-        .and_then(|s| machine.streams.get_mut(s))
-    else {
-        return;
-    };
-    let slot = slot_of(stream.next_u32());
-    let Some(start) = team.slot_start(section, slot, width) else {
-        return;
-    };
-    copy(machine.words, source, start, section.slot_words(width));
-}
-
-/// Copies words within the state, one by one: `copy_within` would bring a panic into the decision.
-fn copy(words: &mut [f32], from: usize, to: usize, len: usize) {
-    for k in 0..len {
-        let value = words.get(from + k).copied();
-        if let (Some(value), Some(place)) = (value, words.get_mut(to + k)) {
-            *place = value;
-        }
-    }
-}
-
-fn read(words: &mut [f32], team: &Team, section: Section, i: Instruction, width: usize) {
-    if let Some(start) = team.slot_start(section, usize::from(i.a), width) {
-        copy(words, start + usize::from(i.b), usize::from(i.d), 1);
-    }
-}
-
-fn read_whole(
-    words: &mut [f32],
-    team: &Team,
-    section: Section,
-    [d, slot]: [usize; 2],
-    width: usize,
-) {
-    if let Some(start) = team.slot_start(section, slot, width) {
-        copy(words, start, d, section.slot_words(width));
-    }
-}
-
-/// Overwrites each kept cell, with its probability, by the register of its column (thesis Equation 2.4.2).
-fn write_indexed(policy: &Policy<'_>, machine: &mut Machine<'_>, program: &Program) {
-    let write = machine.indexed.begin_write();
-    let first = policy.cells_start();
-    for (k, bytes) in policy.tables.cells.iter().enumerate() {
-        let cell = u16::from_le_bytes(*bytes);
-        if machine.indexed.reaches(write, cell) {
-            let column = usize::from(cell) % REGISTERS;
-            copy(
-                machine.words,
-                usize::from(program.state_start) + column,
-                first + k,
-                1,
-            );
-        }
     }
 }

@@ -12,7 +12,10 @@
 //! - [`rng`]: seeds and random streams.
 //!
 //! A champion computes the same bits on every target: `docs/semantics.md` in the repository defines them.
-//! The crate has no features: nothing in it changes results.
+//!
+//! | feature | effect | default |
+//! |---|---|---|
+//! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(
@@ -44,11 +47,15 @@ pub mod math;
 mod memory;
 pub mod rng;
 pub mod tables;
+#[cfg(feature = "trace")]
+pub mod trace;
+#[cfg(not(feature = "trace"))]
+mod trace;
 mod verify;
+mod width;
 
 pub use action::Action;
-pub use agent::{
-    Agent, AnyWidth, CapacityError, Decision, Fixed, HostAgent, ObservationError, Reset, Width,
-};
+pub use agent::{Agent, CapacityError, Decision, HostAgent, ObservationError, Reset};
 pub use blob::{Blob, Header};
 pub use verify::{Bounds, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};
+pub use width::{AnyWidth, Fixed, Width};

@@ -1,0 +1,112 @@
+//! Accesses to evolved constants and shared memory.
+
+use rand_core::Rng as _;
+
+use super::{Machine, fill_initial};
+use crate::isa::REGISTERS;
+use crate::memory::slot_of;
+use crate::tables::{Instruction, Program, Section, Team};
+use crate::trace::{Observer, Place};
+use crate::verify::Policy;
+
+/// Sets a register to its evolved constant: both lie equally far from their starts.
+pub(super) fn reload(
+    policy: &Policy<'_>,
+    words: &mut [f32],
+    program: &Program,
+    d: u16,
+    len: usize,
+) {
+    let offset = u32::from(d.saturating_sub(program.state_start));
+    fill_initial(policy, words, d, program.constants_start + offset, len);
+}
+
+/// Writes a register to a slot drawn at random (thesis Equation 3.4.1); slots that nobody reads are not kept.
+pub(super) fn write<O: Observer>(
+    machine: &mut Machine<'_, O>,
+    team: &Team,
+    section: Section,
+    source: usize,
+    width: usize,
+) {
+    let Some(stream) = team
+        .stream(section)
+        .and_then(|s| machine.streams.get_mut(s))
+    else {
+        return;
+    };
+    let slot = slot_of(stream.next_u32());
+    let Some(start) = team.slot_start(section, slot, width) else {
+        return;
+    };
+    machine.observer.write(Place::Slot(section, slot as u16));
+    copy(machine.words, source, start, section.slot_words(width));
+}
+
+/// Copies words within the state, one by one: `copy_within` would bring a panic into the decision.
+fn copy(words: &mut [f32], from: usize, to: usize, len: usize) {
+    for k in 0..len {
+        let value = words.get(from + k).copied();
+        if let (Some(value), Some(place)) = (value, words.get_mut(to + k)) {
+            *place = value;
+        }
+    }
+}
+
+pub(super) fn read<O: Observer>(
+    machine: &mut Machine<'_, O>,
+    team: &Team,
+    section: Section,
+    i: Instruction,
+    width: usize,
+) {
+    if let Some(start) = team.slot_start(section, usize::from(i.a), width) {
+        machine.observer.read(Place::Slot(section, i.a));
+        copy(machine.words, start + usize::from(i.b), usize::from(i.d), 1);
+    }
+}
+
+pub(super) fn read_whole<O: Observer>(
+    machine: &mut Machine<'_, O>,
+    team: &Team,
+    section: Section,
+    [d, slot]: [usize; 2],
+    width: usize,
+) {
+    if let Some(start) = team.slot_start(section, slot, width) {
+        machine.observer.read(Place::Slot(section, slot as u16));
+        copy(machine.words, start, d, section.slot_words(width));
+    }
+}
+
+/// Overwrites each kept cell, with its probability, by the register of its column (thesis Equation 2.4.2).
+pub(super) fn write_indexed<O: Observer>(
+    policy: &Policy<'_>,
+    machine: &mut Machine<'_, O>,
+    program: &Program,
+) {
+    let write = machine.indexed.begin_write();
+    let first = policy.cells_start();
+    for (k, bytes) in policy.tables.cells.iter().enumerate() {
+        let cell = u16::from_le_bytes(*bytes);
+        if machine.indexed.reaches(write, cell) {
+            machine.observer.write(Place::Cell(cell));
+            let column = usize::from(cell) % REGISTERS;
+            copy(
+                machine.words,
+                usize::from(program.state_start) + column,
+                first + k,
+                1,
+            );
+        }
+    }
+}
+
+/// Tells the observer which cell lies at a state offset.
+#[inline(always)]
+pub(super) fn read_cell(policy: &Policy<'_>, observer: &mut impl Observer, at: u16) {
+    let k = usize::from(at).checked_sub(policy.cells_start());
+    if let Some(bytes) = k.and_then(|k| policy.tables.cells.get(k)) {
+        observer.read(Place::Cell(u16::from_le_bytes(*bytes)));
+    }
+}

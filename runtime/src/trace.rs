@@ -1,0 +1,87 @@
+//! What an observer of a decision is told. Observers see, never steer: results are the same with and without.
+
+use crate::tables::{ProgramId, Section, Target, TeamId};
+
+/// A place in the memory that programs share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A slot of the memory of the team that runs the program.
+    Slot(Section, u16),
+    /// A cell of indexed memory: row · 8 + column.
+    Cell(u16),
+}
+
+/// Follows one decision, in the order of events.
+///
+/// Every method does nothing unless it is implemented. What happens between [`Observer::enter`] and the next belongs
+/// to that team; memory accesses between [`Observer::run`] and [`Observer::bid`] belong to that program.
+pub trait Observer {
+    /// The decision comes to a team.
+    fn enter(&mut self, team_id: TeamId) {
+        let _ = team_id;
+    }
+
+    /// A program takes no part: it leads to a visited team.
+    fn skip(&mut self, program_id: ProgramId) {
+        let _ = program_id;
+    }
+
+    /// A program begins to run its instructions; all of them are executed.
+    fn run(&mut self, program_id: ProgramId, instructions: u16) {
+        let _ = (program_id, instructions);
+    }
+
+    /// The running program reads a place of shared memory, or a part of it.
+    fn read(&mut self, place: Place) {
+        let _ = place;
+    }
+
+    /// The running program writes a place of shared memory; writes to places that nobody reads are not made.
+    fn write(&mut self, place: Place) {
+        let _ = place;
+    }
+
+    /// A program bids in the current team, after its run or with the bid of an earlier one.
+    fn bid(&mut self, program_id: ProgramId, bid: f32) {
+        let _ = (program_id, bid);
+    }
+
+    /// A program wins the current team.
+    fn choose(&mut self, program_id: ProgramId, target: Target) {
+        let _ = (program_id, target);
+    }
+}
+
+/// Sees nothing and costs nothing.
+impl Observer for () {}
+
+#[cfg(feature = "trace")]
+impl Observer for &mut dyn Observer {
+    fn enter(&mut self, team_id: TeamId) {
+        (**self).enter(team_id);
+    }
+
+    fn skip(&mut self, program_id: ProgramId) {
+        (**self).skip(program_id);
+    }
+
+    fn run(&mut self, program_id: ProgramId, instructions: u16) {
+        (**self).run(program_id, instructions);
+    }
+
+    fn read(&mut self, place: Place) {
+        (**self).read(place);
+    }
+
+    fn write(&mut self, place: Place) {
+        (**self).write(place);
+    }
+
+    fn bid(&mut self, program_id: ProgramId, bid: f32) {
+        (**self).bid(program_id, bid);
+    }
+
+    fn choose(&mut self, program_id: ProgramId, target: Target) {
+        (**self).choose(program_id, target);
+    }
+}
