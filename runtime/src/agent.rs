@@ -11,6 +11,7 @@ use crate::exec::{self, Machine};
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::rng::Pcg32;
+use crate::sizing::Capacities;
 use crate::tables::{Program, ProgramId, Section, Target, Team};
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
@@ -158,39 +159,26 @@ impl<
     /// # Errors
     /// [`CapacityError`] as for [`Agent::new`]; the agent then keeps its old policy and state.
     pub fn load(&mut self, policy: Policy<'p>) -> Result<(), CapacityError> {
-        let header = policy.header();
-        if let Some(only) = W::ONLY
-            && only != header.width
-        {
+        let needed = Capacities::needed_by(policy.header());
+        let available = Capacities {
+            width: W::ONLY.map_or(needed.width, usize::from),
+            words: WORDS,
+            programs: PROGRAMS,
+            teams: TEAMS,
+            streams: STREAMS,
+        };
+        if let Some((resource, needed, available)) = needed.excess_over(&available) {
             return Err(CapacityError {
-                resource: "width",
-                needed: usize::from(header.width),
-                available: usize::from(only),
+                resource,
+                needed,
+                available,
             });
         }
-        let words = header.words as usize;
-        let [programs, teams, streams] =
-            [header.programs, header.teams, header.streams].map(usize::from);
-        let fits = [
-            ("words", words, WORDS),
-            ("programs", programs, PROGRAMS),
-            ("teams", teams, TEAMS),
-            ("streams", streams, STREAMS),
-        ];
-        for (resource, needed, available) in fits {
-            if needed > available {
-                return Err(CapacityError {
-                    resource,
-                    needed,
-                    available,
-                });
-            }
-        }
         // None of these can fail: the lengths were just compared with the capacities.
-        let _ = self.words.resize(words, 0.0);
-        let _ = self.bids.resize(programs, f32::NAN);
-        let _ = self.visited.resize(teams, false);
-        let _ = self.streams.resize(streams, Pcg32::new(0, 0));
+        let _ = self.words.resize(needed.words, 0.0);
+        let _ = self.bids.resize(needed.programs, f32::NAN);
+        let _ = self.visited.resize(needed.teams, false);
+        let _ = self.streams.resize(needed.streams, Pcg32::new(0, 0));
         self.policy = policy;
         self.words.fill(0.0);
         self.restore_memory();

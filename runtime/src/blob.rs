@@ -6,6 +6,7 @@ mod header;
 
 pub use decode::{Blob, DecodeError};
 pub use encode::{EncodeError, encode, encoded_bound};
+pub(crate) use header::HeaderFault;
 pub use header::{ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope};
 
 /// First bytes of every blob.
@@ -13,6 +14,8 @@ pub const MAGIC: [u8; 4] = *b"TPGB";
 /// The format version that this build writes and reads.
 pub const VERSION: u16 = 1;
 
+/// Bytes of the checksum at the end.
+const CRC_BYTES: usize = 4;
 /// CRC-32 (IEEE 802.3) over header and body, without a table to save flash.
 const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 

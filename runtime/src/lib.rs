@@ -46,6 +46,7 @@ pub mod isa;
 pub mod math;
 mod memory;
 pub mod rng;
+mod sizing;
 pub mod tables;
 #[cfg(feature = "trace")]
 pub mod trace;
@@ -57,5 +58,6 @@ mod width;
 pub use action::Action;
 pub use agent::{Agent, CapacityError, Decision, HostAgent, ObservationError, Reset};
 pub use blob::{Blob, Header};
+pub use sizing::Capacities;
 pub use verify::{Bounds, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};
 pub use width::{AnyWidth, Fixed, Width};

@@ -3,12 +3,9 @@
 use core::fmt;
 
 use super::header::HeaderFault;
-use super::{Body, CRC, Header, VERSION};
+use super::{Body, CRC, CRC_BYTES, Header, VERSION};
 use crate::isa::FINGERPRINT;
 use crate::tables::Tables;
-
-/// Bytes of the checksum at the end.
-const CRC_BYTES: usize = 4;
 
 /// A blob whose header, lengths and checksum are right; its tables are not checked yet.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,6 @@
 //! The fixed-size header, readable in constant expressions.
 
-use super::{MAGIC, VERSION};
+use super::{CRC_BYTES, MAGIC, VERSION};
 use crate::isa::FINGERPRINT;
 
 macro_rules! coded {
@@ -130,7 +130,7 @@ pub struct Header {
 
 /// Why a header was refused; [`super::DecodeError`] carries it on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum HeaderFault {
+pub(crate) enum HeaderFault {
     Short,
     Magic,
     Version(u16),
@@ -177,7 +177,7 @@ impl Header {
         }
     }
 
-    pub(super) const fn read(bytes: &[u8]) -> Result<Self, HeaderFault> {
+    pub(crate) const fn read(bytes: &[u8]) -> Result<Self, HeaderFault> {
         if bytes.len() < Self::BYTES {
             return Err(HeaderFault::Short);
         }
@@ -288,6 +288,11 @@ impl Header {
             ActionKind::Discrete => 0,
             ActionKind::Continuous => self.actions as usize,
         }
+    }
+
+    /// Bytes of the whole file: header, body and checksum.
+    pub(crate) const fn file_bytes(&self) -> u64 {
+        Self::BYTES as u64 + self.body_bytes as u64 + CRC_BYTES as u64
     }
 
     /// First state word of the programs' registers: behind observation and outputs.

@@ -1,0 +1,265 @@
+//! Capacities of an agent, from the bytes of its policy, when the firmware is compiled.
+
+use crate::blob::{Header, HeaderFault, VERSION};
+
+/// What an [`Agent`](crate::Agent) needs for a policy, or offers to one.
+///
+/// # Examples
+/// ```
+/// use tpg_runtime::Capacities;
+///
+/// # const CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+/// const NEEDED: Capacities = Capacities::of(CHAMPION);
+/// const AVAILABLE: Capacities = Capacities { words: 128, programs: 8, teams: 4, streams: 6, ..NEEDED };
+/// const _: () = NEEDED.assert_fits(&AVAILABLE);
+/// const _: () = assert!(NEEDED.state_bytes() <= 16 * 1024);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Capacities {
+    /// Vector width; must be equal, not just large enough.
+    pub width: usize,
+    /// State words.
+    pub words: usize,
+    /// Programs.
+    pub programs: usize,
+    /// Teams.
+    pub teams: usize,
+    /// Random streams of team memory.
+    pub streams: usize,
+}
+
+impl Capacities {
+    /// What the policy in these bytes needs, as its header says.
+    ///
+    /// For constant expressions; what a header cannot show, such as damage, [`Policy::load`](crate::Policy::load)
+    /// reports when the program runs.
+    ///
+    /// # Panics
+    /// If the header is refused or announces another length than that of `bytes`; in a constant expression this ends
+    /// the compilation, with the reason.
+    #[must_use]
+    #[expect(
+        clippy::panic,
+        reason = "for constant expressions, where it ends the compilation"
+    )]
+    pub const fn of(bytes: &[u8]) -> Self {
+        let header = match Header::read(bytes) {
+            Ok(header) => header,
+            Err(fault) => {
+                let text = Text::new().text("this is no policy for this build: ");
+                let text = match fault {
+                    HeaderFault::Short => text
+                        .number(bytes.len() as u64)
+                        .text(" bytes are fewer than a header's ")
+                        .number(Header::BYTES as u64),
+                    HeaderFault::Magic => text.text("the file does not begin with TPGB"),
+                    HeaderFault::Version(version) => text
+                        .text("the file has format version ")
+                        .number(version as u64)
+                        .text(", this build reads version ")
+                        .number(VERSION as u64),
+                    HeaderFault::Fingerprint(_) => {
+                        text.text("it was made for another instruction set, export it again")
+                    }
+                    HeaderFault::Field(field) => text
+                        .text("its header holds no valid value in field ")
+                        .text(field),
+                };
+                panic!("{}", text.as_str())
+            }
+        };
+        let needed = header.file_bytes();
+        if needed != bytes.len() as u64 {
+            let text = Text::new()
+                .text("the policy is damaged: its header announces ")
+                .number(needed)
+                .text(" bytes, the file has ")
+                .number(bytes.len() as u64);
+            panic!("{}", text.as_str())
+        }
+        Self::needed_by(&header)
+    }
+
+    /// What a policy with this header needs.
+    #[must_use]
+    pub const fn needed_by(header: &Header) -> Self {
+        Capacities {
+            width: header.width as usize,
+            words: header.words as usize,
+            programs: header.programs as usize,
+            teams: header.teams as usize,
+            streams: header.streams as usize,
+        }
+    }
+
+    /// Ends the compilation unless an agent of these capacities fits into `available`.
+    ///
+    /// # Panics
+    /// If it does not, naming what is needed and what is available.
+    #[expect(
+        clippy::panic,
+        reason = "for constant expressions, where it ends the compilation"
+    )]
+    pub const fn assert_fits(&self, available: &Self) {
+        if let Some((resource, needed, available)) = self.excess_over(available) {
+            let text = Text::new()
+                .text("policy needs ")
+                .text(resource)
+                .text(" = ")
+                .number(needed as u64)
+                .text(", available are ")
+                .number(available as u64);
+            panic!("{}", text.as_str())
+        }
+    }
+
+    /// The first resource of which more is needed than there is, or the width if it differs: name, needed, available.
+    pub(crate) const fn excess_over(
+        &self,
+        available: &Self,
+    ) -> Option<(&'static str, usize, usize)> {
+        if self.width != available.width {
+            Some(("width", self.width, available.width))
+        } else if self.words > available.words {
+            Some(("words", self.words, available.words))
+        } else if self.programs > available.programs {
+            Some(("programs", self.programs, available.programs))
+        } else if self.teams > available.teams {
+            Some(("teams", self.teams, available.teams))
+        } else if self.streams > available.streams {
+            Some(("streams", self.streams, available.streams))
+        } else {
+            None
+        }
+    }
+
+    /// Bytes of RAM for the state; an agent takes some 200 more.
+    #[must_use]
+    pub const fn state_bytes(&self) -> usize {
+        4 * self.words + 4 * self.programs + self.teams + 16 * self.streams
+    }
+}
+
+/// The type of the agent that has exactly the capacities that a policy needs.
+///
+/// The argument is the policy's bytes, a constant or a static; what [`Capacities::of`] refuses does not compile.
+///
+/// # Examples
+/// ```
+/// use tpg_runtime::{Policy, agent_type};
+///
+/// # static CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+/// type Champion = agent_type!(CHAMPION);
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut agent = Champion::new(Policy::load(CHAMPION)?)?;
+/// # let observation = [0.0; 3];
+/// let decision = agent.decide(&observation)?;
+/// # Ok(())
+/// # }
+/// ```
+#[macro_export]
+macro_rules! agent_type {
+    ($bytes:expr) => {
+        $crate::Agent<
+            'static,
+            $crate::Fixed<{ $crate::Capacities::of($bytes).width }>,
+            { $crate::Capacities::of($bytes).words },
+            { $crate::Capacities::of($bytes).programs },
+            { $crate::Capacities::of($bytes).teams },
+            { $crate::Capacities::of($bytes).streams },
+        >
+    };
+}
+
+/// A short message put together in a constant expression, where nothing else formats numbers.
+struct Text {
+    bytes: [u8; 160],
+    len: usize,
+}
+
+impl Text {
+    const fn new() -> Self {
+        Text {
+            bytes: [0; 160],
+            len: 0,
+        }
+    }
+
+    const fn byte(mut self, byte: u8) -> Self {
+        if let Some((_, [place, ..])) = self.bytes.split_at_mut_checked(self.len) {
+            *place = byte;
+            self.len += 1;
+        }
+        self
+    }
+
+    const fn text(mut self, text: &str) -> Self {
+        let mut rest = text.as_bytes();
+        while let [byte, tail @ ..] = rest {
+            self = self.byte(*byte);
+            rest = tail;
+        }
+        self
+    }
+
+    const fn number(mut self, number: u64) -> Self {
+        if number >= 10 {
+            self = self.number(number / 10);
+        }
+        self.byte(b'0' + (number % 10) as u8)
+    }
+
+    const fn as_str(&self) -> &str {
+        let (text, _) = self.bytes.split_at(self.len);
+        match core::str::from_utf8(text) {
+            Ok(text) => text,
+            Err(_) => "",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+
+    const POLICY: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+
+    #[test]
+    fn capacities_are_those_of_the_header() {
+        const NEEDED: Capacities = Capacities::of(POLICY);
+        let header = Header::peek(POLICY).expect("a header");
+        assert_eq!(NEEDED.words, header.words as usize);
+        assert_eq!(NEEDED.width, usize::from(header.width));
+        assert_eq!(NEEDED.programs, usize::from(header.programs));
+        assert_eq!(NEEDED.teams, usize::from(header.teams));
+        assert_eq!(NEEDED.streams, usize::from(header.streams));
+    }
+
+    #[test]
+    fn the_first_excess_is_named() {
+        let needed = Capacities::of(POLICY);
+        assert_eq!(needed.excess_over(&needed), None);
+        let smaller = Capacities {
+            words: needed.words - 1,
+            ..needed
+        };
+        let excess = ("words", needed.words, needed.words - 1);
+        assert_eq!(needed.excess_over(&smaller), Some(excess));
+        assert_eq!(smaller.excess_over(&needed), None);
+        let wider = Capacities {
+            width: needed.width + 1,
+            ..needed
+        };
+        assert!(needed.excess_over(&wider).is_some());
+    }
+
+    #[test]
+    fn numbers_are_decimal() {
+        let text = Text::new().text("n = ").number(0).byte(b' ').number(65_535);
+        assert_eq!(text.as_str(), "n = 0 65535");
+        let long = (0..20).fold(Text::new(), |text, _| text.number(u64::MAX));
+        assert_eq!(long.as_str().len(), 160, "cut off, not out of bounds");
+    }
+}
