@@ -6,6 +6,7 @@ mod hil;
 mod inspect;
 mod presets;
 mod progress;
+mod replay;
 mod run_folder;
 mod score;
 mod train;
@@ -41,6 +42,8 @@ enum Verb {
     Hil(hil::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
+    /// Decide again what a trace recorded and name the first decision that differs.
+    Replay(replay::Args),
     /// List the presets that `tpg train` knows.
     Presets(presets::Args),
 }
@@ -53,6 +56,7 @@ pub fn main() -> ExitCode {
         Verb::Eval(args) => eval::run(args),
         Verb::Hil(args) => hil::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
+        Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
     };
     match result {

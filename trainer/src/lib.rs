@@ -1,9 +1,11 @@
 //! Evolves Tangled Program Graphs.
 pub mod cli;
 pub mod config;
+pub mod disassemble;
 pub mod eval;
 pub mod evolve;
 pub mod lower;
 pub mod session;
 pub mod stats;
 pub mod task;
+pub mod trace;

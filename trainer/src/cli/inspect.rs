@@ -1,16 +1,14 @@
 //! `tpg inspect`
 
-use std::collections::BTreeSet;
 use std::fmt;
 use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use tpg_runtime::Policy;
-use tpg_runtime::isa::Operand;
-use tpg_runtime::tables::Instruction;
+use tpg_runtime::{Capacities, Policy};
 
 use super::{Failure, Fault as _, Status, print_json};
+use crate::disassemble::{disassemble, dot, inputs_used, svg};
 
 /// Arguments of `tpg inspect`.
 #[derive(Debug, clap::Args)]
@@ -21,6 +19,15 @@ pub(super) struct Args {
     /// Print one JSON object to standard output.
     #[arg(long)]
     json: bool,
+    /// Print every team and program in readable notation instead.
+    #[arg(long, conflicts_with = "json")]
+    disassemble: bool,
+    /// Write the graph of teams and programs to a file, for Graphviz.
+    #[arg(long, value_name = "FILE")]
+    dot: Option<PathBuf>,
+    /// Draw the graph of teams and programs.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
 }
 
 /// What a policy contains and needs; the fields are the keys of `--json`.
@@ -49,8 +56,20 @@ pub(super) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.file.display();
     let bytes = std::fs::read(&args.file).or_bad_input(format!("cannot read {file}"))?;
     let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
+    let drawings = [
+        (&args.dot, dot as fn(&Policy<'_>) -> String),
+        (&args.svg, svg),
+    ];
+    for (path, draw) in drawings {
+        if let Some(path) = path {
+            let cannot = format!("cannot write {}", path.display());
+            std::fs::write(path, draw(&policy)).or_usage(cannot)?;
+        }
+    }
     let summary = summarise(&policy, bytes.len());
-    if args.json {
+    if args.disassemble {
+        write!(std::io::stdout().lock(), "{}", disassemble(&policy))?;
+    } else if args.json {
         print_json(&summary)?;
     } else {
         writeln!(std::io::stdout().lock(), "{summary}")?;
@@ -60,12 +79,6 @@ pub(super) fn run(args: &Args) -> Result<Status, Failure> {
 
 fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
     let (header, tables) = (policy.header(), policy.tables());
-    let names: Vec<&str> = policy.inputs().map(|(name, _)| name).collect();
-    let used = inputs_used(policy);
-    let memory_bytes = 4 * header.words as usize
-        + 4 * usize::from(header.programs)
-        + usize::from(header.teams)
-        + 16 * usize::from(header.streams);
     Summary {
         task: tables.task.to_owned(),
         observability: tables.observability.to_owned(),
@@ -79,13 +92,10 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         instructions: tables.code.len(),
         // An exported policy holds nothing else: lowering has dropped what cannot matter.
         effective_instructions: tables.code.len(),
-        inputs_used: used
-            .iter()
-            .filter_map(|k| Some((*names.get(*k)?).to_owned()))
-            .collect(),
+        inputs_used: inputs_used(policy, tables.code),
         worst_case_instructions: policy.bounds().instructions,
         worst_case_weighted_operations: policy.bounds().weighted_operations,
-        state_bytes: memory_bytes,
+        state_bytes: Capacities::needed_by(header).state_bytes(),
         blob_bytes,
         vector_width: header.width,
         register_mode: header.register_mode.name(),
@@ -93,38 +103,6 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         memory: header.memory_model.name(),
         control_period_us: header.control_period_us,
     }
-}
-
-/// Numbers of the observation's elements that some instruction reads.
-fn inputs_used(policy: &Policy<'_>) -> BTreeSet<usize> {
-    let header = policy.header();
-    let (inputs, window) = (
-        usize::from(header.observation_len),
-        usize::from(header.window),
-    );
-    let width = usize::from(header.width);
-    let mut used = BTreeSet::new();
-    for instruction in policy
-        .tables()
-        .code
-        .iter()
-        .filter_map(Instruction::from_bytes)
-    {
-        let operands = instruction.op.operands();
-        for (kind, at) in operands.into_iter().zip([instruction.a, instruction.b]) {
-            let len = match kind {
-                Operand::S | Operand::VElement | Operand::MElement | Operand::SOrVElement => 1,
-                Operand::V => width,
-                Operand::M => width * width,
-                _ => continue,
-            };
-            let at = usize::from(at);
-            if at < window {
-                used.extend((at..at + len).map(|k| k % inputs));
-            }
-        }
-    }
-    used
 }
 
 impl fmt::Display for Summary {

@@ -1,0 +1,86 @@
+//! The graph of teams and programs in DOT, the language of Graphviz.
+
+use std::collections::BTreeSet;
+use std::fmt::{self, Write as _};
+
+use layout::backends::svg::SVGWriter;
+use layout::gv::{DotParser, GraphBuilder};
+use tpg_runtime::Policy;
+use tpg_runtime::tables::{ProgramId, Target, TeamId};
+
+/// Teams as ellipses, programs as boxes, discrete actions as diamonds; edges from a team to its programs bear their order.
+#[must_use]
+pub fn dot(policy: &Policy<'_>) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_graph(&mut text, policy);
+    text
+}
+
+/// The graph of [`dot`], drawn.
+///
+/// # Panics
+/// If the layout does not understand that graph, which would be a defect.
+#[must_use]
+pub fn svg(policy: &Policy<'_>) -> String {
+    let graph = DotParser::new(&dot(policy))
+        .process()
+        .expect("a graph that we wrote");
+    let mut builder = GraphBuilder::new();
+    builder.visit_graph(&graph);
+    let mut writer = SVGWriter::new();
+    builder.get().do_it(false, false, false, &mut writer);
+    writer.finalize()
+}
+
+fn write_graph(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
+    let (header, tables) = (policy.header(), policy.tables());
+    writeln!(out, "digraph policy {{")?;
+    for number in 0..header.teams {
+        let root = if number == 0 { " (root)" } else { "" };
+        writeln!(
+            out,
+            "  t{number} [shape=ellipse, label=\"team {number}{root}\"];"
+        )?;
+    }
+    let mut actions = BTreeSet::new();
+    for number in 0..header.programs {
+        let Some(program) = tables.program(ProgramId(number)) else {
+            continue;
+        };
+        let length = program.code_len;
+        writeln!(
+            out,
+            "  p{number} [shape=box, label=\"program {number}: {length} instructions\"];"
+        )?;
+        if let Target::Atomic(action) = program.target {
+            actions.insert(action);
+        }
+    }
+    for action in actions {
+        let label = match header.outputs() {
+            0 => format!("action {action}"),
+            _ => "action".to_owned(),
+        };
+        writeln!(out, "  a{action} [shape=diamond, label=\"{label}\"];")?;
+    }
+    for number in 0..header.teams {
+        let Some(team) = tables.team(TeamId(number)) else {
+            continue;
+        };
+        for (order, ProgramId(program)) in tables.members(&team).enumerate() {
+            writeln!(out, "  t{number} -> p{program} [label=\"{order}\"];")?;
+        }
+    }
+    for number in 0..header.programs {
+        match tables
+            .program(ProgramId(number))
+            .map(|program| program.target)
+        {
+            Some(Target::Team(TeamId(team))) => writeln!(out, "  p{number} -> t{team};")?,
+            Some(Target::Atomic(action)) => writeln!(out, "  p{number} -> a{action};")?,
+            None => {}
+        }
+    }
+    writeln!(out, "}}")
+}

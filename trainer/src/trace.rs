@@ -1,0 +1,9 @@
+//! Traces of decisions: recorded while a policy is scored, replayed to find the first decision that differs.
+//!
+//! A trace is a file of JSON lines; `docs/tools.md` in the repository describes them.
+
+mod record;
+mod replay;
+
+pub use record::{Decision, Header, Line, RecordError, Recording, TeamVisit};
+pub use replay::{Difference, ReplayError, replay};
