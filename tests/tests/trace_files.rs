@@ -86,7 +86,11 @@ fn bad_traces_end_with_3_and_name_the_line() {
         lines
     };
     fails(&all[..4], 3, &["truncated after line 4"]);
-    fails(&with(3, &all[3][..all[3].len() / 2]), 3, &["line 4"]);
+    fails(
+        &with(3, &all[3][..all[3].len() / 2]),
+        3,
+        &["line 4", "at column"],
+    );
     fails(&with(0, &all[1]), 3, &["line 1", "header"]);
     fails(&with(3, &all[4]), 3, &["line 4", "episode and step"]);
     let fewer = r#"{"end":{"decisions":1}}"#;

@@ -84,7 +84,12 @@ pub fn replay(
             reason: reason.to_owned(),
         };
         let text = text.map_err(|source| ReplayError::Read { line, source })?;
-        let parsed = serde_json::from_str(&text).map_err(|error| bad(&error.to_string()))?;
+        let parsed = serde_json::from_str(&text).map_err(|error| {
+            // Every line is a text of its own, so the parser's line number would mislead.
+            bad(&error
+                .to_string()
+                .replace(" at line 1 column ", " at column "))
+        })?;
         match (parsed, line) {
             (Line::Header(header), 1) => check(&header, bytes).map_err(|fault| match fault {
                 Some(other) => other,
