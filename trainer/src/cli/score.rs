@@ -161,6 +161,7 @@ impl Setup {
             observability: stack_text(&self.observability),
             seed: self.seed,
             mean: stats::mean(&returns),
+            mean_ci95: stats::bootstrap_mean_95(&returns),
             sd: stats::standard_deviation(&returns),
             lengths: episodes.iter().map(|e| e.steps).collect(),
             instructions_mean: instructions as f64 / steps as f64,
@@ -185,6 +186,8 @@ pub struct Report {
     pub lengths: Vec<u32>,
     /// Mean return.
     pub mean: f64,
+    /// 95 % bootstrap interval of the mean return.
+    pub mean_ci95: [f64; 2],
     /// Sample standard deviation of the returns; 0 for a single episode.
     pub sd: f64,
     /// Instructions executed per decision.
@@ -200,7 +203,12 @@ impl fmt::Display for Report {
         writeln!(f, "task           {}", self.task)?;
         writeln!(f, "observability  {}", self.observability)?;
         writeln!(f, "episodes       {n}, seed {}", self.seed)?;
-        writeln!(f, "mean return    {:.2} (sd {:.2})", self.mean, self.sd)?;
+        let [low, high] = self.mean_ci95;
+        writeln!(
+            f,
+            "mean return    {:.2} [{low:.2}, {high:.2}], sd {:.2}",
+            self.mean, self.sd
+        )?;
         writeln!(f, "mean length    {:.1} steps", steps as f64 / n as f64)?;
         write!(
             f,
