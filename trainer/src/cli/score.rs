@@ -9,7 +9,9 @@ use tpg_runtime::{Header, Policy};
 use super::{Failure, Fault as _};
 use crate::eval::{Arena, Domain, Episode, episode_seed};
 use crate::stats;
-use crate::task::{self, ActionSpace, Observability, Spec, Wrappers, parse_stack, stack_text};
+use crate::task::{
+    self, ActionSpace, Observability, Spec, UnknownTask, Wrappers, parse_stack, stack_text,
+};
 
 /// Prints a value as one line of JSON to standard output, floats at full precision.
 ///
@@ -30,7 +32,7 @@ pub struct ScoreArgs {
     /// Exported policy.
     #[arg(value_name = "FILE.tpg")]
     pub file: PathBuf,
-    /// Task, by default the one that the policy was evolved for.
+    /// Task, or path of the TOML file that describes it; by default the task that the policy was evolved for.
     #[arg(long, value_name = "TASK")]
     pub task: Option<String>,
     /// What the policy sees: none, velocities-removed, blackout:2/3; may be repeated. Default: as evolved.
@@ -56,6 +58,8 @@ pub struct Setup {
     pub blob: Vec<u8>,
     /// Full name of the task.
     pub task: String,
+    /// Name of the task, or absolute path of the file that describes it.
+    pub task_source: String,
     /// What the policy sees.
     pub observability: Vec<Observability>,
     /// Number of episodes.
@@ -83,8 +87,17 @@ impl ScoreArgs {
         } else {
             parse_stack(&self.observability.join("+")).or_usage("bad --observability")?
         };
-        let name = self.task.as_deref().unwrap_or(policy.tables().task);
-        let task = task::create(name).or_usage("no such task")?;
+        let task_source = task::locate(self.task.as_deref().unwrap_or(policy.tables().task));
+        let task = match task::create(&task_source) {
+            Err(UnknownTask::NoSuchName { name, .. }) if self.task.is_none() => {
+                return Err(Failure::usage(anyhow::anyhow!(
+                    "{} was evolved for the task {name:?}, which is not built in: give the file that describes it by \
+                     --task path/to/task.toml",
+                    file.display()
+                )));
+            }
+            created => bad_task(created)?,
+        };
         let wrappers =
             Wrappers::new(&observability, task.spec()).or_usage("bad --observability")?;
         check_fit(policy.header(), task.spec(), wrappers.inputs().len())?;
@@ -92,6 +105,7 @@ impl ScoreArgs {
         Ok(Setup {
             file,
             task,
+            task_source,
             observability,
             episodes: self.episodes,
             seed: self.seed,
@@ -99,6 +113,14 @@ impl ScoreArgs {
             blob,
         })
     }
+}
+
+/// Gives a task that is not to be had the status of its cause.
+fn bad_task<T>(created: Result<T, UnknownTask>) -> Result<T, Failure> {
+    created.map_err(|error| match error {
+        UnknownTask::BadFile { .. } => Failure::bad_input(error),
+        _ => Failure::usage(error),
+    })
 }
 
 /// Refuses a policy whose inputs or actions are not the task's.
@@ -138,7 +160,7 @@ impl Setup {
     /// # Errors
     /// A [`Failure`] if the task is not to be had any more.
     pub fn arena(&self) -> Result<Arena, Failure> {
-        let task = task::create(&self.task).or_usage("no such task")?;
+        let task = bad_task(task::create(&self.task_source))?;
         let wrappers =
             Wrappers::new(&self.observability, task.spec()).or_usage("bad --observability")?;
         Ok(Arena::new(task, wrappers))
