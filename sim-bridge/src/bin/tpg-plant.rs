@@ -46,11 +46,12 @@ fn run(score: ScoreArgs, link: &LinkArgs) -> Result<(), Failure> {
     link.prepare().map_err(failure)?;
     let connected =
         RemoteController::connect(&policy, &setup.blob, &link.run, link.timeout.timeout());
-    let mut controller = connected.map_err(failure)?;
-    link.announce(Role::Controller, controller.controller_pid());
+    let remote = connected.map_err(failure)?;
+    link.announce(Role::Controller, remote.controller_pid());
+    let mut controller = setup.disturbed(&arena, remote)?;
     let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())
         .map_err(|error| Failure::new(status(&error.source), error))?;
-    let latency = controller.finish().map_err(failure)?;
+    let latency = controller.into_inner().finish().map_err(failure)?;
     let outcome = Outcome {
         report: setup.report(&episodes),
         latency,

@@ -25,7 +25,8 @@ pub(super) fn run(args: Args) -> Result<Status, Failure> {
         HostAgent::new(policy).or_bad_input(format!("cannot run {}", setup.file.display()))?,
     );
     let mut arena = setup.arena()?;
-    let episodes = evaluate(&mut arena, &mut *agent, setup.episode_seeds())?;
+    let mut controller = setup.disturbed(&arena, &mut *agent)?;
+    let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())?;
     let report = setup.report(&episodes);
     let baselines = if args.baselines {
         baselines(&setup)?
@@ -60,15 +61,9 @@ fn baselines(setup: &Setup) -> Result<Vec<(&'static str, f64)>, Failure> {
         let totals: Vec<f64> = episodes.iter().map(|e| e.total).collect();
         stats::mean(&totals)
     };
-    let zero = evaluate(
-        &mut arena,
-        &mut ConstantController::zero(actions),
-        setup.episode_seeds(),
-    )?;
-    let random = evaluate(
-        &mut arena,
-        &mut RandomController::new(actions),
-        setup.episode_seeds(),
-    )?;
+    let mut constant = setup.disturbed(&arena, ConstantController::zero(actions))?;
+    let zero = evaluate(&mut arena, &mut constant, setup.episode_seeds())?;
+    let mut random = setup.disturbed(&arena, RandomController::new(actions))?;
+    let random = evaluate(&mut arena, &mut random, setup.episode_seeds())?;
     Ok(vec![("zero", mean(zero)), ("random", mean(random))])
 }
