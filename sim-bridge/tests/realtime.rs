@@ -193,3 +193,57 @@ fn late_answer_is_dropped_and_the_last_action_held() {
         assert!(controller.join().unwrap().is_err());
     });
 }
+
+/// Answers the first observation of each episode, by index 1, and no other.
+fn answer_once(run: &RunName, blob: &[u8]) -> Result<(), BridgeError> {
+    let contract = Contract::new(&Policy::load(blob).expect("valid"), blob)?;
+    let link = Link::<ActionMessage, ObservationMessage>::connect(run, &contract, NEVER)?;
+    let mut first = false;
+    loop {
+        let request = link.receive()?;
+        let mut reply = ActionMessage::empty();
+        (reply.seq, reply.index) = (request.seq, 1);
+        let observed = request.kind == Request::ObserveLatest.code();
+        if observed && !std::mem::take(&mut first) {
+            continue;
+        }
+        first = !observed;
+        let kind = if observed {
+            Response::Discrete
+        } else {
+            Response::Ready
+        };
+        reply.kind = kind.code();
+        link.send(&reply)?;
+    }
+}
+
+#[test]
+fn last_action_is_held_as_often_as_asked_then_the_safe_one_applied() {
+    within_watchdog(|| {
+        let (run, blob) = (RunName::unique(), policy::cartpole(0));
+        let (name, theirs) = (run.clone(), blob.clone());
+        let controller = thread::spawn(move || answer_once(&name, &theirs));
+        let policy = Policy::load(&blob).unwrap();
+        let remote = RemoteController::connect(&policy, &blob, &run, NEVER).unwrap();
+        let mut paced = Paced::new(remote, 2).unwrap();
+        let mut held = 0;
+        // A machine with other things to do may miss even the one answer; then there is nothing to hold.
+        for _ in 0..10 {
+            paced.reset(Reset::Episode, 1).unwrap();
+            let actions = [(); 6].map(|()| match paced.decide(&[0.0; 4]).unwrap().action {
+                Action::Discrete(index) => index,
+                Action::Continuous(values) => panic!("{values:?}"),
+            });
+            let answered = actions[0] == 1;
+            assert_eq!(actions, if answered { [1, 1, 1, 0, 0, 0] } else { [0; 6] });
+            held += if answered { 2 } else { 0 };
+        }
+        let (_, timing) = paced.finish().unwrap();
+        assert!(held > 0 && timing.counts.held == held, "{timing:?}");
+        assert_eq!(timing.counts.safe, timing.counts.misses - held);
+        // Each reset was confirmed after a row of misses; the last one is followed by the end.
+        assert_eq!(timing.counts.recoveries, 9);
+        assert!(controller.join().unwrap().is_err());
+    });
+}
