@@ -25,7 +25,8 @@ pub(super) fn run(args: Args) -> Result<Status, Failure> {
         HostAgent::new(policy).or_bad_input(format!("cannot run {}", setup.file.display()))?,
     );
     let mut arena = setup.arena()?;
-    let episodes = evaluate(&mut arena, &mut *agent, setup.episode_seeds())?;
+    let mut controller = setup.disturbed(&arena, &mut *agent)?;
+    let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())?;
     let report = setup.report(&episodes);
     let baselines = if args.baselines {
         baselines(&setup)?
@@ -66,9 +67,9 @@ fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
     let mut arena = setup.arena()?;
     let actions = arena.task().spec().actions;
     let returns = |episodes: Vec<Episode>| episodes.iter().map(|e| e.total).collect();
-    let mut zero = ConstantController::zero(actions);
+    let mut zero = setup.disturbed(&arena, ConstantController::zero(actions))?;
     let zero = evaluate(&mut arena, &mut zero, setup.episode_seeds())?;
-    let mut random = RandomController::new(actions);
+    let mut random = setup.disturbed(&arena, RandomController::new(actions))?;
     let random = evaluate(&mut arena, &mut random, setup.episode_seeds())?;
     Ok(vec![("zero", returns(zero)), ("random", returns(random))])
 }

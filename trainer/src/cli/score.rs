@@ -7,7 +7,7 @@ use serde::Serialize;
 use tpg_runtime::{Header, Policy};
 
 use super::{Failure, Fault as _};
-use crate::eval::{Arena, Domain, Episode, episode_seed};
+use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, episode_seed};
 use crate::stats;
 use crate::task::{
     self, ActionSpace, Observability, Spec, UnknownTask, Wrappers, parse_stack, stack_text,
@@ -38,6 +38,10 @@ pub struct ScoreArgs {
     /// What the policy sees: none, velocities-removed, blackout:2/3; may be repeated. Default: as evolved.
     #[arg(long, value_name = "WRAPPER")]
     pub observability: Vec<String>,
+    /// Disturb the link: delay:2, loss:1/10, noise:0.01, quantise:0.001; `action:` before it disturbs actions; may
+    /// be repeated, applied in order.
+    #[arg(long, value_name = "WRAPPER")]
+    pub disturb: Vec<Disturbance>,
     /// Number of test episodes.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     pub episodes: u32,
@@ -62,6 +66,8 @@ pub struct Setup {
     pub task_source: String,
     /// What the policy sees.
     pub observability: Vec<Observability>,
+    /// What happens to observations and actions on their way.
+    pub disturb: Vec<Disturbance>,
     /// Number of episodes.
     pub episodes: u32,
     /// Seed of the episodes.
@@ -101,12 +107,19 @@ impl ScoreArgs {
         let wrappers =
             Wrappers::new(&observability, task.spec()).or_usage("bad --observability")?;
         check_fit(policy.header(), task.spec(), wrappers.inputs().len())?;
-        let task = task.spec().name.clone();
+        let Spec {
+            name: task,
+            actions,
+            ..
+        } = task.spec().clone();
+        Disturbed::new((), &self.disturb, wrappers.inputs().len(), actions)
+            .or_usage("bad --disturb")?;
         Ok(Setup {
             file,
             task,
             task_source,
             observability,
+            disturb: self.disturb,
             episodes: self.episodes,
             seed: self.seed,
             json: self.json,
@@ -166,10 +179,24 @@ impl Setup {
         Ok(Arena::new(task, wrappers))
     }
 
+    /// A controller behind the disturbances, for an arena of this setup.
+    ///
+    /// # Errors
+    /// A [`Failure`] if a disturbance does not fit the task's actions.
+    pub fn disturbed<C>(&self, arena: &Arena, controller: C) -> Result<Disturbed<C>, Failure> {
+        let (seen, actions) = (arena.wrappers().inputs().len(), arena.task().spec().actions);
+        Disturbed::new(controller, &self.disturb, seen, actions).or_usage("bad --disturb")
+    }
+
     /// The seeds of the episodes, in order.
     pub fn episode_seeds(&self) -> impl Iterator<Item = u64> + use<> {
+        self.endless_seeds().take(self.episodes as usize)
+    }
+
+    /// The seeds of the episodes and of those that would follow them, without end.
+    pub fn endless_seeds(&self) -> impl Iterator<Item = u64> + use<> {
         let seed = self.seed;
-        (0..u64::from(self.episodes)).map(move |k| episode_seed(Domain::Test, seed, 0, k))
+        (0..).map(move |k| episode_seed(Domain::Test, seed, 0, k))
     }
 
     /// What the episodes came to, for printing.
@@ -181,6 +208,7 @@ impl Setup {
         Report {
             task: self.task.clone(),
             observability: stack_text(&self.observability),
+            disturbances: self.disturb.iter().map(ToString::to_string).collect(),
             seed: self.seed,
             mean: stats::mean(&returns),
             mean_ci95: stats::bootstrap_mean_95(&returns),
@@ -200,6 +228,8 @@ pub struct Report {
     pub task: String,
     /// What the policy saw.
     pub observability: String,
+    /// What happened to observations and actions on their way, in order.
+    pub disturbances: Vec<String>,
     /// Seed of the episodes.
     pub seed: u64,
     /// Return of each episode.
@@ -224,6 +254,9 @@ impl fmt::Display for Report {
         let steps: u64 = self.lengths.iter().map(|l| u64::from(*l)).sum();
         writeln!(f, "task           {}", self.task)?;
         writeln!(f, "observability  {}", self.observability)?;
+        if !self.disturbances.is_empty() {
+            writeln!(f, "disturbances   {}", self.disturbances.join(", "))?;
+        }
         writeln!(f, "episodes       {n}, seed {}", self.seed)?;
         let [low, high] = self.mean_ci95;
         writeln!(
