@@ -1,6 +1,6 @@
 //! The instruction table: the one place that lists operations, their operands, encoding and cost.
 //!
-//! Names, operand kinds, notation, cost and the fingerprint in every blob derive from `isa!`'s rows.
+//! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `isa!`.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
 use crate::tables::Section;

@@ -23,6 +23,21 @@ impl TimeoutArgs {
     }
 }
 
+/// Whether and how a plant keeps to real time.
+#[cfg(feature = "plant")]
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct PaceArgs {
+    /// Run in real time: an action must answer within the policy's control period.
+    #[arg(long)]
+    pub realtime: bool,
+    /// Misses in a row that hold the last action; from the next one on the safe action is applied.
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "realtime")]
+    pub max_misses: u32,
+    /// Go on with further episodes until this much time has passed; the last one is finished.
+    #[arg(long, value_name = "N", requires = "realtime", conflicts_with = "episodes", value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    pub seconds: Option<u64>,
+}
+
 /// Which run to join, and how.
 #[derive(Debug, Clone, clap::Args)]
 pub struct LinkArgs {

@@ -1,5 +1,6 @@
 //! The controller's side: answers what the plant asks, on the runtime alone.
 
+use std::thread;
 use std::time::Duration;
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
@@ -14,6 +15,8 @@ use crate::run::RunName;
 #[derive(Debug)]
 pub struct Server<'p> {
     agent: Box<HostAgent<'p>>,
+    /// Time to sleep after an answer in real time: half a period, so that the plant finds the processor free.
+    rest: Duration,
     link: Link<ActionMessage, ObservationMessage>,
 }
 
@@ -30,9 +33,10 @@ impl<'p> Server<'p> {
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
         let contract = Contract::new(&policy, blob)?;
+        let rest = Duration::from_micros(policy.header().control_period_us.into()) / 2;
         let agent = Box::new(HostAgent::new(policy)?);
         let link = Link::connect(run, &contract, timeout)?;
-        Ok(Server { agent, link })
+        Ok(Server { agent, rest, link })
     }
 
     /// Process number of the plant.
@@ -48,15 +52,34 @@ impl<'p> Server<'p> {
     /// [`BridgeError::OutOfStep`] for a request that was refused.
     pub fn serve(&mut self) -> Result<(), BridgeError> {
         let mut reply = ActionMessage::empty();
+        let mut real_time = false;
         loop {
-            let request = self.link.receive()?;
+            let (request, latest) = self.next_request()?;
+            real_time |= latest;
             let due = reply.seq.wrapping_add(1);
-            let answered = answer(&mut self.agent, due, &request, &mut reply);
+            let answered = answer(&mut self.agent, due, real_time, &request, &mut reply);
             self.link.send(&reply)?;
             if answered? == Next::End {
                 return Ok(());
             }
+            if latest {
+                thread::sleep(self.rest);
+            }
         }
+    }
+
+    /// The next request that must be answered, and whether the loop runs in real time.
+    fn next_request(&self) -> Result<(ObservationMessage, bool), BridgeError> {
+        let mut request = self.link.receive()?;
+        let mut latest = false;
+        while request.kind == Request::ObserveLatest.code() {
+            latest = true;
+            match self.link.poll()? {
+                Some(newer) => request = newer,
+                None => break,
+            }
+        }
+        Ok((request, latest))
     }
 }
 
@@ -67,10 +90,12 @@ enum Next {
     End,
 }
 
-/// Writes the reply to a request; nothing in the request is trusted.
+/// Writes the reply to a request, whose number may be greater than the one due where there may be gaps; nothing in
+/// the request is trusted.
 fn answer(
     agent: &mut HostAgent<'_>,
     due: u64,
+    gaps: bool,
     request: &ObservationMessage,
     reply: &mut ActionMessage,
 ) -> Result<Next, BridgeError> {
@@ -78,7 +103,7 @@ fn answer(
     reply.seq = request.seq;
     reply.refusal = 0;
     reply.len = 0;
-    if request.seq != due {
+    if request.seq < due || (request.seq > due && !gaps) {
         refuse(reply, Refusal::Sequence, request.seq as u32);
         return Err(BridgeError::OutOfStep {
             peer,
@@ -104,7 +129,7 @@ fn answer(
             (Response::Ready, Next::GoOn)
         }
         Some(Request::Shutdown) => (Response::Ready, Next::End),
-        Some(Request::Observe) => {
+        Some(Request::Observe | Request::ObserveLatest) => {
             let observation = usize::try_from(request.len)
                 .ok()
                 .and_then(|len| request.values.get(..len));

@@ -15,11 +15,7 @@ const SHARED_BYTES: usize = 256 * 1024;
 pub(crate) fn node(run: &RunName, name: &str) -> Result<Node<ipc::Service>, BridgeError> {
     // What matters comes back as an error; the library's own account of it would say everything twice.
     set_log_level(LogLevel::Fatal);
-    check_space(run, name).map_err(|source| BridgeError::NoSpace {
-        place: SHARED_MEMORY,
-        needed: SHARED_BYTES,
-        source,
-    })?;
+    check_space(run, name).map_err(no_space)?;
     let mut config = Config::default();
     let (prefix, folder) = (run.prefix(), run.folder());
     let failed = "name its files";
@@ -37,6 +33,14 @@ pub(crate) fn node(run: &RunName, name: &str) -> Result<Node<ipc::Service>, Brid
         .map_err(BridgeError::transport("register the process"))
 }
 
+fn no_space(source: io::Error) -> BridgeError {
+    BridgeError::NoSpace {
+        place: SHARED_MEMORY,
+        needed: SHARED_BYTES,
+        source,
+    }
+}
+
 /// Writes as much as a loop needs: memory that runs out later ends the process with SIGBUS.
 fn check_space(run: &RunName, name: &str) -> io::Result<()> {
     if !fs::exists(SHARED_MEMORY)? {
@@ -47,5 +51,28 @@ fn check_space(run: &RunName, name: &str) -> io::Result<()> {
     let mut file = File::create(&path)?;
     // Without a name already, so that it goes in any case when the file is closed.
     fs::remove_file(path)?;
+    fill(&mut file)
+}
+
+fn fill(file: &mut File) -> io::Result<()> {
     file.write_all(&vec![0; SHARED_BYTES])
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_is_full_is_told_with_the_bytes_needed() {
+        // A device that is always full.
+        let mut full = File::options().write(true).open("/dev/full").unwrap();
+        let error = fill(&mut full).map_err(no_space).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "no 262144 bytes of shared memory to be had in /dev/shm: free some, or enlarge it"
+        );
+        assert_eq!(error.status(), 1);
+        let cause = std::error::Error::source(&error).map(ToString::to_string);
+        assert!(cause.is_some_and(|cause| cause.contains("space")));
+    }
 }

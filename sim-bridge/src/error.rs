@@ -26,6 +26,9 @@ pub enum BridgeError {
         /// What fits.
         limit: usize,
     },
+    /// The policy does not say how often it decides.
+    #[error("policy has no control period, so it cannot run in real time: leave out --realtime")]
+    NoPeriod,
     /// The policy needs more state than the controller has.
     #[error("controller cannot hold the policy")]
     Capacity(#[from] tpg_runtime::CapacityError),
@@ -174,7 +177,7 @@ impl BridgeError {
         match self {
             Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => 1,
             Self::RunName { .. } => 2,
-            Self::TooLarge { .. } | Self::Capacity(_) => 3,
+            Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => 3,
             Self::Taken { .. }
             | Self::NotConnected { .. }
             | Self::Foreign { .. }

@@ -12,7 +12,7 @@ use anyhow::{Context as _, anyhow};
 use clap::Parser;
 use tpg_trainer::cli::{Failure, ScoreArgs, Status};
 
-use crate::args::TimeoutArgs;
+use crate::args::{PaceArgs, TimeoutArgs};
 use crate::interrupt;
 use crate::outcome::{failure, status_of_code};
 use crate::run::{self, RunName};
@@ -26,20 +26,23 @@ const GRACE: Duration = Duration::from_secs(1);
 
 /// Score a policy in another process than the simulator.
 ///
-/// Starts tpg-plant and tpg-controller, which run the episodes of `tpg eval` in lock-step over shared memory,
-/// and reports what they returned and how long the round trips took.
+/// Starts tpg-plant and tpg-controller, which run the episodes of `tpg eval` over shared memory, in lock-step or in
+/// real time, and reports what they returned and how long the round trips took.
 #[derive(Debug, Parser)]
 #[command(
     name = "tpg-hil",
     bin_name = "tpg hil",
     version,
     after_help = "Exit status: 0 done, 1 our fault, 2 usage, 3 bad policy, 4 simulator or controller failed, 130 interrupted.\n\n\
-                  Example:\n  tpg hil champion.tpg --episodes 5 --json"
+                  Example:\n  tpg hil champion.tpg --episodes 5 --json\n  tpg hil champion.tpg --realtime --seconds 60 --disturb delay:1"
 )]
 pub struct HilArgs {
     /// What to score.
     #[command(flatten)]
     score: ScoreArgs,
+    /// Whether the clock waits.
+    #[command(flatten)]
+    _pace: PaceArgs,
     /// How long to wait.
     #[command(flatten)]
     timeout: TimeoutArgs,

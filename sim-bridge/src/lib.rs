@@ -1,4 +1,4 @@
-//! Simulator and controller as two processes in the loop, in lock-step over shared memory.
+//! Simulator and controller as two processes in the loop, in lock-step or in real time over shared memory.
 //!
 //! ```text
 //! tpg-hil  starts both, collects the result
@@ -8,6 +8,9 @@
 //!
 //! - `RemoteController` lets the trainer's episode loop drive a policy in another process; returns are those
 //!   of `tpg eval` in every bit. [`Server`] is that other process.
+//! - `Paced` puts it under a clock: the answer to observation k, sent at t0 + k·period, must lie in shared memory when
+//!   the plant looks at t0 + (k + 1)·period; it is then what the plant does in step k, so that without misses the
+//!   returns are those of lock-step in every bit. docs/bridge.md says what happens on a miss.
 //! - [`Link`]: connects, checks the [`Contract`] of both sides, carries messages with a deadline on every wait.
 //! - [`message`]: what goes through shared memory.
 //! - [`BridgeError`]: what can go wrong, with the exit status it leads to.
@@ -33,8 +36,14 @@ mod outcome;
 mod peer;
 #[cfg(feature = "plant")]
 mod plant;
+#[cfg(feature = "plant")]
+mod realtime;
 mod run;
+#[cfg(feature = "plant")]
+mod timing;
 
+#[cfg(feature = "plant")]
+pub use args::PaceArgs;
 pub use args::{LinkArgs, TimeoutArgs};
 pub use contract::Contract;
 pub use controller::Server;
@@ -43,5 +52,9 @@ pub use link::Link;
 #[cfg(feature = "plant")]
 pub use outcome::{Outcome, failure, status};
 #[cfg(feature = "plant")]
-pub use plant::{Latency, RemoteController};
+pub use plant::RemoteController;
+#[cfg(feature = "plant")]
+pub use realtime::Paced;
 pub use run::{RunName, sweep};
+#[cfg(feature = "plant")]
+pub use timing::{Counts, Latency, Timing};

@@ -22,12 +22,12 @@ use crate::peer::Peer;
 use crate::run::{Presence, RunName};
 
 /// Silence after which a wait looks whether the peer still lives.
-const LIVENESS_INTERVAL: Duration = Duration::from_millis(100);
+pub(crate) const LIVENESS_INTERVAL: Duration = Duration::from_millis(100);
 /// Time between two looks for a peer that has not come yet.
 const CONNECT_INTERVAL: Duration = Duration::from_millis(1);
 /// Time for which a process that must refuse its peer stays, so that the peer learns why.
 const REFUSAL_STAY: Duration = Duration::from_millis(500);
-/// Messages that may lie unread; lock-step never needs more than one.
+/// Messages that may lie unread; lock-step never needs more than one, in real time the oldest makes room.
 const UNREAD: usize = 4;
 
 /// A service that carries messages `M`.
@@ -65,7 +65,7 @@ impl<S: Message, R: Message> Link<S, R> {
         let publisher = ours
             .publisher_builder()
             .max_loaned_samples(1)
-            // Waiting for room could wait for ever; lock-step always has room.
+            // Waiting for room could wait for ever; there is always room, since the oldest message makes it.
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(BridgeError::transport("create a publisher"))?;
@@ -149,24 +149,39 @@ impl<S: Message, R: Message> Link<S, R> {
         let start = Instant::now();
         let mut next_look = LIVENESS_INTERVAL.min(self.timeout);
         loop {
-            // Read before the message is looked for: a peer may send its last word and leave.
-            let present = self.theirs.dynamic_config().number_of_publishers() > 0;
-            match self.subscriber.receive() {
-                Ok(Some(sample)) => return Ok(*sample.payload()),
-                Ok(None) if !present => return Err(self.peer.gone(self.node.config())),
-                Ok(None) => {}
-                Err(error) => return Err(BridgeError::transport("receive a message")(error)),
+            if let Some(message) = self.poll()? {
+                return Ok(message);
             }
             if interrupt::requested() {
                 return Err(BridgeError::Interrupted);
             }
             let waited = start.elapsed();
             if waited >= next_look {
-                self.peer.look(self.node.config(), waited, self.timeout)?;
+                self.look(waited)?;
                 next_look = (waited + LIVENESS_INTERVAL).min(self.timeout);
             }
             thread::yield_now();
         }
+    }
+
+    /// Takes the next message if there is one, without waiting.
+    ///
+    /// # Errors
+    /// The peer left, or shared memory failed.
+    pub fn poll(&self) -> Result<Option<R>, BridgeError> {
+        // Read before the message is looked for: a peer may send its last word and leave.
+        let present = self.theirs.dynamic_config().number_of_publishers() > 0;
+        match self.subscriber.receive() {
+            Ok(Some(sample)) => Ok(Some(*sample.payload())),
+            Ok(None) if !present => Err(self.peer.gone(self.node.config())),
+            Ok(None) => Ok(None),
+            Err(error) => Err(BridgeError::transport("receive a message")(error)),
+        }
+    }
+
+    /// Finds out why the peer has said nothing for a while; no error if it may go on saying nothing.
+    pub(crate) fn look(&self, waited: Duration) -> Result<(), BridgeError> {
+        self.peer.look(self.node.config(), waited, self.timeout)
     }
 }
 
@@ -187,7 +202,7 @@ fn create<M: Message>(
         .history_size(0)
         .subscriber_max_buffer_size(UNREAD)
         .subscriber_max_borrowed_samples(1)
-        .enable_safe_overflow(false)
+        .enable_safe_overflow(true)
         .max_publishers(1)
         .max_subscribers(1)
         .max_nodes(2)

@@ -15,7 +15,7 @@ pub const MAX_OBSERVATION: usize = 512;
 pub const MAX_ACTION: usize = 64;
 
 /// Version of the conversation, raised when the meaning of a field or a kind changes.
-const PROTOCOL: usize = 1;
+const PROTOCOL: usize = 2;
 
 /// One of the two processes of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,6 +208,9 @@ coded! {
         Observe = 3,
         /// Answer and end.
         Shutdown = 4,
+        /// As [`Request::Observe`], unless a newer request has come: that one is answered instead. From the first of
+        /// this kind on, the controller may find gaps in the numbers.
+        ObserveLatest = 5,
     }
 }
 
@@ -248,7 +251,7 @@ mod tests {
             assert!(Response::from_code(code).is_none_or(|k| k.code() == code));
             assert!(Refusal::from_code(code).is_none_or(|k| k.code() == code));
         }
-        for garbage in [0, 5, u32::MAX] {
+        for garbage in [0, 6, u32::MAX] {
             assert_eq!(Request::from_code(garbage), None);
             assert_eq!(Response::from_code(garbage), None);
             assert_eq!(Refusal::from_code(garbage), None);

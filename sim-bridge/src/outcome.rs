@@ -6,7 +6,7 @@ use std::io::{self, Write as _};
 use tpg_trainer::cli::{Failure, Report, Status};
 
 use crate::error::BridgeError;
-use crate::plant::Latency;
+use crate::timing::{Latency, Timing};
 
 /// The result of a loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Outcome {
     pub report: Report,
     /// How long decisions took.
     pub latency: Latency,
+    /// How it kept to real time, if it had to.
+    pub timing: Option<Timing>,
 }
 
 impl Outcome {
@@ -27,6 +29,9 @@ impl Outcome {
         if json {
             let mut object = serde_json::to_value(&self.report)?;
             object["latency"] = self.latency.to_json();
+            if let Some(timing) = self.timing {
+                object["realtime"] = timing.to_json();
+            }
             writeln!(out, "{object}")?;
         } else {
             writeln!(out, "{self}")?;
@@ -37,7 +42,8 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}\n{}", self.report, self.latency)
+        write!(f, "{}\n{}", self.report, self.latency)?;
+        self.timing.map_or(Ok(()), |timing| write!(f, "\n{timing}"))
     }
 }
 

@@ -12,9 +12,7 @@ use crate::error::BridgeError;
 use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
-
-/// Longest round trip that the histogram tells from longer ones, in nanoseconds.
-const LONGEST_NS: u64 = 3_600_000_000_000;
+use crate::timing::{Latency, histogram_ns, nanoseconds};
 
 /// The controller at the other end of a link.
 #[derive(Debug)]
@@ -23,6 +21,9 @@ pub struct RemoteController {
     header: Header,
     request: ObservationMessage,
     reply: ActionMessage,
+    /// In real time, answers to earlier requests are no error.
+    real_time: bool,
+    late_answers: u64,
     round_trips_ns: Histogram<u64>,
 }
 
@@ -38,15 +39,15 @@ impl RemoteController {
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
         let contract = Contract::new(policy, blob)?;
-        // The bounds are fixed, so that recording never allocates.
-        let round_trips_ns = Histogram::new_with_bounds(1, LONGEST_NS, 3)
-            .map_err(BridgeError::transport("prepare a histogram"))?;
+        let round_trips_ns = histogram_ns()?;
         let link = Link::connect(run, &contract, timeout)?;
         Ok(RemoteController {
             link,
             header: *policy.header(),
             request: ObservationMessage::empty(),
             reply: ActionMessage::empty(),
+            real_time: false,
+            late_answers: 0,
             round_trips_ns,
         })
     }
@@ -61,27 +62,111 @@ impl RemoteController {
     ///
     /// # Errors
     /// Where the controller does not confirm.
-    pub fn finish(mut self) -> Result<Latency, BridgeError> {
+    pub fn finish(self) -> Result<Latency, BridgeError> {
+        Ok(self.finish_counted()?.0)
+    }
+
+    /// As [`finish`](Self::finish), with the number of answers that came too late.
+    pub(crate) fn finish_counted(mut self) -> Result<(Latency, u64), BridgeError> {
         self.request.len = 0;
         self.exchange(Request::Shutdown)?;
         self.expect(Response::Ready)?;
-        Ok(Latency::new(&self.round_trips_ns))
+        Ok((Latency::new(&self.round_trips_ns), self.late_answers))
+    }
+
+    /// What the policy's header says.
+    pub(crate) const fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// From now on drops answers to earlier requests.
+    pub(crate) const fn run_in_real_time(&mut self) {
+        self.real_time = true;
     }
 
     /// One request and its reply.
     fn exchange(&mut self, kind: Request) -> Result<(), BridgeError> {
+        self.send(kind)?;
+        self.await_reply()
+    }
+
+    fn await_reply(&mut self) -> Result<(), BridgeError> {
+        loop {
+            let reply = self.link.receive()?;
+            if self.accept(reply)? {
+                return Ok(());
+            }
+        }
+    }
+
+    fn send(&mut self, kind: Request) -> Result<(), BridgeError> {
         self.request.seq += 1;
         self.request.kind = kind.code();
-        self.link.send(&self.request)?;
-        self.reply = self.link.receive()?;
-        if self.reply.seq != self.request.seq {
+        self.link.send(&self.request)
+    }
+
+    /// Sends an observation with this kind of request.
+    pub(crate) fn send_observation(
+        &mut self,
+        kind: Request,
+        observation: &[f32],
+    ) -> Result<(), BridgeError> {
+        for (place, value) in self.request.values.iter_mut().zip(observation) {
+            *place = *value;
+        }
+        self.request.len = u32::try_from(observation.len()).unwrap_or(u32::MAX);
+        self.send(kind)?;
+        self.request.time_us += u64::from(self.header.control_period_us);
+        Ok(())
+    }
+
+    /// Looks for the answer to the last request, without waiting; drops late ones before it.
+    pub(crate) fn poll(&mut self) -> Result<bool, BridgeError> {
+        while let Some(reply) = self.link.poll()? {
+            if self.accept(reply)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Finds out why there has been no answer for a while.
+    pub(crate) fn look(&self, waited: Duration) -> Result<(), BridgeError> {
+        self.link.look(waited)
+    }
+
+    /// Takes the reply to the last request; `false` if it answers an earlier one.
+    fn accept(&mut self, reply: ActionMessage) -> Result<bool, BridgeError> {
+        if reply.seq == self.request.seq {
+            self.reply = reply;
+            return Ok(true);
+        }
+        if !self.real_time || reply.seq > self.request.seq {
             return Err(BridgeError::OutOfStep {
                 peer: Role::Controller,
                 expected: self.request.seq,
-                got: self.reply.seq,
+                got: reply.seq,
             });
         }
-        Ok(())
+        if reply.kind == Response::Refused.code() {
+            // Its last word, after which it has ended.
+            self.reply = reply;
+            self.expect(Response::Ready)?;
+        }
+        self.late_answers += 1;
+        Ok(false)
+    }
+
+    pub(crate) fn record_round_trip(&mut self, elapsed: Duration) {
+        self.round_trips_ns.saturating_record(nanoseconds(elapsed));
+    }
+
+    /// The last answer taken.
+    pub(crate) fn reply(&self) -> Result<Reply<'_>, BridgeError> {
+        Ok(Reply {
+            action: self.action()?,
+            instructions: self.reply.instructions,
+        })
     }
 
     /// Checks the kind of the reply.
@@ -150,65 +235,10 @@ impl Controller for RemoteController {
 
     /// Allocates, locks and prints nothing while the controller answers in time.
     fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, BridgeError> {
-        for (place, value) in self.request.values.iter_mut().zip(observation) {
-            *place = *value;
-        }
-        self.request.len = u32::try_from(observation.len()).unwrap_or(u32::MAX);
         let sent = Instant::now();
-        self.exchange(Request::Observe)?;
-        let elapsed_ns = u64::try_from(sent.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        self.round_trips_ns.saturating_record(elapsed_ns);
-        self.request.time_us += u64::from(self.header.control_period_us);
-        Ok(Reply {
-            action: self.action()?,
-            instructions: self.reply.instructions,
-        })
-    }
-}
-
-/// How long round trips took: observation sent to action received, in nanoseconds, to three digits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Latency {
-    /// Number of decisions.
-    pub count: u64,
-    /// Half of them took no longer.
-    pub median_ns: u64,
-    /// 99 of 100 took no longer.
-    pub p99_ns: u64,
-    /// The longest.
-    pub max_ns: u64,
-}
-
-impl Latency {
-    fn new(round_trips_ns: &Histogram<u64>) -> Self {
-        Latency {
-            count: round_trips_ns.len(),
-            median_ns: round_trips_ns.value_at_quantile(0.5),
-            p99_ns: round_trips_ns.value_at_quantile(0.99),
-            max_ns: round_trips_ns.max(),
-        }
-    }
-
-    /// The form that stands in `--json`.
-    #[must_use]
-    pub fn to_json(self) -> serde_json::Value {
-        serde_json::json!({
-            "unit": "ns",
-            "count": self.count,
-            "median": self.median_ns,
-            "p99": self.p99_ns,
-            "max": self.max_ns,
-        })
-    }
-}
-
-impl fmt::Display for Latency {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [median, p99, max] =
-            [self.median_ns, self.p99_ns, self.max_ns].map(|ns| ns as f64 / 1e3);
-        write!(
-            f,
-            "round trip     median {median:.1} us, p99 {p99:.1} us, max {max:.1} us"
-        )
+        self.send_observation(Request::Observe, observation)?;
+        self.await_reply()?;
+        self.record_round_trip(sent.elapsed());
+        self.reply()
     }
 }

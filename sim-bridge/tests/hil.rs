@@ -34,8 +34,9 @@ fn in_process(file: &Path, arguments: &[&str]) -> Bits {
     let policy = Policy::load(&setup.blob).expect("the policy is valid");
     let mut agent = Box::new(HostAgent::new(policy).expect("the policy fits"));
     let mut arena = setup.arena().expect("the task exists");
+    let mut controller = (setup.disturbed(&arena, &mut *agent)).expect("the disturbances fit");
     let episodes =
-        evaluate(&mut arena, &mut *agent, setup.episode_seeds()).expect("nothing can fail");
+        evaluate(&mut arena, &mut controller, setup.episode_seeds()).expect("nothing can fail");
     let report = setup.report(&episodes);
     (
         report.returns.iter().map(|r| r.to_bits()).collect(),
@@ -99,6 +100,16 @@ fn returns_equal_those_of_one_process() {
     assert_loop_equals_process(&file, &["--episodes", "7", "--seed", "3"]);
     let blackout = ["--episodes", "7", "--observability", "blackout:1/3"];
     assert_loop_equals_process(&file, &blackout);
+    let stack = [
+        "noise:0.01",
+        "delay:1",
+        "loss:1/10",
+        "action:loss:1/5",
+        "action:delay:1",
+    ];
+    let stack = stack.map(|disturbance| ["--disturb", disturbance]).concat();
+    assert_ne!(in_process(&file, &stack), in_process(&file, &[]));
+    assert_loop_equals_process(&file, &stack);
 }
 
 #[cfg(feature = "mujoco")]
@@ -107,6 +118,15 @@ fn returns_of_the_hopper_equal_those_of_one_process() {
     let folder = Folder::new();
     let file = folder.file("a.tpg", &policy::hopper());
     assert_loop_equals_process(&file, &["--episodes", "3"]);
+    let stack = [
+        "action:noise:0.1",
+        "loss:1/10",
+        "quantise:0.001",
+        "action:quantise:0.25",
+    ];
+    let stack = stack.map(|disturbance| ["--disturb", disturbance]).concat();
+    assert_ne!(in_process(&file, &stack), in_process(&file, &[]));
+    assert_loop_equals_process(&file, &stack);
 }
 
 #[test]

@@ -85,12 +85,11 @@ pub fn tpg<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Output {
     finish(start(args))
 }
 
-/// Runs `tpg`, which must succeed, and reads its JSON.
+/// Runs `tpg`, which must succeed.
 ///
 /// # Panics
-/// If it fails or prints something else.
-#[must_use]
-pub fn tpg_json(args: &[&str]) -> Value {
+/// If it fails.
+pub fn tpg_ok<S: AsRef<OsStr> + std::fmt::Debug>(args: &[S]) -> Output {
     let output = tpg(args);
     assert_eq!(
         output.status.code(),
@@ -98,6 +97,16 @@ pub fn tpg_json(args: &[&str]) -> Value {
         "{args:?}: {}",
         stderr(&output)
     );
+    output
+}
+
+/// Runs `tpg`, which must succeed, and reads its JSON.
+///
+/// # Panics
+/// If it fails or prints something else.
+#[must_use]
+pub fn tpg_json(args: &[&str]) -> Value {
+    let output = tpg_ok(args);
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 

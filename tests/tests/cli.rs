@@ -39,6 +39,7 @@ fn usage_errors_end_with_2_and_say_what_to_do() {
         2,
         &["did you mean \"cartpole-sr\""],
     );
+    assert_fails(&["train", "sr-sm", "--out", out], 2, &["--task"]);
     let set = |key: &'static str| ["train", "cartpole-sr", "--set", key, "--out", out];
     assert_fails(&set("evolution.populaton=5"), 2, &["evolution.population"]);
     assert_fails(

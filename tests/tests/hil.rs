@@ -6,11 +6,12 @@ use serde_json::Value;
 use tpg_runtime::blob::RegisterMode;
 use tpg_runtime::{HostAgent, Policy, Reset};
 use tpg_tests::fixtures::three_teams;
-use tpg_tests::process::{stderr, text, tpg, tpg_json};
+use tpg_tests::process::{text, tpg_json};
 
-const SHARED_KEYS: [&str; 8] = [
+const SHARED_KEYS: [&str; 9] = [
     "task",
     "observability",
+    "disturbances",
     "seed",
     "returns",
     "lengths",
@@ -20,11 +21,14 @@ const SHARED_KEYS: [&str; 8] = [
 ];
 
 /// Runs both verbs on the same episodes and compares what they report.
-fn assert_loop_equals_eval(file: &Path, episodes: &str) -> Value {
-    let arguments = ["--episodes", episodes, "--seed", "5", "--json"];
+fn assert_loop_equals_eval(file: &Path, episodes: &str, disturbances: &[&str]) -> Value {
+    let mut arguments = vec!["--episodes", episodes, "--seed", "5", "--json"];
+    for disturbance in disturbances {
+        arguments.extend(["--disturb", disturbance]);
+    }
     let run = |verb: &str| {
         let mut all = vec![verb, text(file)];
-        all.extend(arguments);
+        all.extend(&arguments);
         tpg_json(&all)
     };
     let (eval, hil) = (run("eval"), run("hil"));
@@ -48,7 +52,14 @@ fn fixtures_agree(task: &str) {
         assert_deep_and_remembering(&bytes);
         let file = folder.path().join(format!("{}.tpg", mode.name()));
         std::fs::write(&file, &bytes).expect("written");
-        means.push(assert_loop_equals_eval(&file, "20")["mean"].clone());
+        let undisturbed = assert_loop_equals_eval(&file, "20", &[])["mean"].clone();
+        let disturbances = ["loss:1/10", "delay:1", "noise:0.01", "action:delay:1"];
+        let disturbed = &assert_loop_equals_eval(&file, "20", &disturbances)["mean"];
+        assert_ne!(
+            disturbed, &undisturbed,
+            "the disturbances make no difference"
+        );
+        means.push(undisturbed);
     }
     assert_ne!(means[0], means[1], "the register mode makes no difference");
 }
@@ -85,7 +96,7 @@ fn trained_champions_agree() {
     let folder = tempfile::tempdir().expect("a folder");
     for preset in ["hopper-sr-sm-b23", "inverted-double-pendulum-sr-b23"] {
         let out = folder.path().join(preset);
-        let output = tpg([
+        tpg_tests::process::tpg_ok(&[
             "train",
             preset,
             "--seed",
@@ -99,8 +110,7 @@ fn trained_champions_agree() {
             "--out",
             text(&out),
         ]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        let report = assert_loop_equals_eval(&out.join("champion.tpg"), "20");
+        let report = assert_loop_equals_eval(&out.join("champion.tpg"), "20", &[]);
         assert_eq!(
             report["observability"], "blackout:2/3",
             "the champion's own default"

@@ -2,12 +2,7 @@
 
 use std::path::Path;
 
-use tpg_tests::process::{stderr, text, tpg};
-
-fn train(arguments: &[&str]) {
-    let output = tpg(arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-}
+use tpg_tests::process::{text, tpg_ok as train};
 
 /// The log without its last column, which is wall-clock time.
 fn log(folder: &Path) -> Vec<String> {

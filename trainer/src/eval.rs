@@ -1,11 +1,15 @@
 //! Scoring: what a policy returns on a task for given seeds.
 
 mod baseline;
+mod disturb;
+mod disturbance;
 mod pool;
 mod rollout;
 mod seeds;
 
 pub use baseline::{ConstantController, RandomController};
+pub use disturb::Disturbed;
+pub use disturbance::{Direction, DisturbError, Disturbance, Effect, MAX_DELAY};
 pub use pool::{Pool, Split};
 pub use rollout::{Arena, Controller, Episode, EvaluationError, Reply, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};

@@ -130,60 +130,85 @@ mod tests {
         (bits, teams, instructions)
     }
 
-    #[test]
-    fn both_modes_decide_alike_over_evolved_graphs() {
-        let mut rng = Rng::new(1);
-        let observations: Vec<[f32; 3]> = (0..40)
+    /// What a comparison of both modes came across.
+    #[derive(Default)]
+    struct Coverage {
+        /// Most teams per decision.
+        depth: u32,
+        /// Instructions executed as evolved, and compacted.
+        instructions: [u64; 2],
+    }
+
+    /// Evolves graphs from a seed and compares what both modes decide, over two episodes of each root.
+    fn assert_modes_agree(case: &Case, seed: u64, generations: u32) -> Coverage {
+        let mut rng = Rng::new(seed);
+        let observations: Vec<[f32; 3]> = (0..20)
             .map(|k| match k % 4 {
                 0 => [0.0; 3],
                 _ => [(); 3].map(|()| rng.normal() as f32),
             })
             .collect();
+        let shape = Shape {
+            width: 3,
+            inputs: 3,
+            actions: case.actions,
+        };
+        let genes = Genes {
+            shape,
+            ops: Genes::ops_of(case.groups),
+            constants: case.constants,
+            team_memory: case.memory == MemoryModel::Team,
+        };
+        let params = crate::evolve::tests::params();
+        let contract = contract(case, shape);
+        let mut population = Population::random(&genes, &params, &mut rng);
+        let mut scores: Vec<(TeamId, f64)> = population.roots.iter().map(|r| (*r, 0.0)).collect();
+        for _ in 0..generations {
+            let variation = Variation {
+                genes: &genes,
+                params: &params,
+                scores: &scores,
+            };
+            for child in variation.children(&mut population, &mut rng) {
+                // Larger graphs score higher, so that there is something to compare.
+                let size = population.reachable(child).len() as f64;
+                scores.push((child, size + rng.uniform(0.0, 1.0)));
+            }
+            select(&mut population, &mut scores, params.population as usize);
+        }
+        let mut coverage = Coverage::default();
+        for root in &population.roots {
+            let [whole, compact] = [Mode::Whole, Mode::Compact].map(|mode| {
+                lower(&population, *root, &contract, [0; 16], None, mode).expect("small enough")
+            });
+            let (evolved, teams, more) = decisions(&whole, &observations);
+            let (exported, _, fewer) = decisions(&compact, &observations);
+            assert_eq!(evolved, exported, "{root:?}");
+            coverage.depth = coverage.depth.max(teams / observations.len() as u32 / 2);
+            coverage.instructions[0] += more;
+            coverage.instructions[1] += fewer;
+        }
+        coverage
+    }
+
+    #[test]
+    fn compaction_meets_deep_graphs_and_drops_much() {
         for case in cases() {
-            let shape = Shape {
-                width: 3,
-                inputs: 3,
-                actions: case.actions,
-            };
-            let genes = Genes {
-                shape,
-                ops: Genes::ops_of(case.groups),
-                constants: case.constants,
-                team_memory: case.memory == MemoryModel::Team,
-            };
-            let params = crate::evolve::tests::params();
-            let contract = contract(&case, shape);
-            let mut population = Population::random(&genes, &params, &mut rng);
-            let mut scores: Vec<(TeamId, f64)> =
-                population.roots.iter().map(|r| (*r, 0.0)).collect();
-            let (mut deepest, mut saved) = (0, (0, 0));
-            for _ in 0..25 {
-                let variation = Variation {
-                    genes: &genes,
-                    params: &params,
-                    scores: &scores,
-                };
-                for child in variation.children(&mut population, &mut rng) {
-                    // Larger graphs score higher, so that there is something to compare.
-                    let size = population.reachable(child).len() as f64;
-                    scores.push((child, size + rng.uniform(0.0, 1.0)));
-                }
-                select(&mut population, &mut scores, params.population as usize);
-            }
-            for root in &population.roots {
-                let [whole, compact] = [Mode::Whole, Mode::Compact].map(|mode| {
-                    lower(&population, *root, &contract, [0; 16], None, mode).expect("small enough")
-                });
-                let ((a, teams, more), (b, _, fewer)) = (
-                    decisions(&whole, &observations),
-                    decisions(&compact, &observations),
-                );
-                assert_eq!(a, b, "{root:?}");
-                deepest = deepest.max(teams / observations.len() as u32 / 2);
-                saved = (saved.0 + more, saved.1 + fewer);
-            }
-            assert!(deepest >= 2, "no decision went through several teams");
-            assert!(saved.1 < saved.0, "compaction dropped nothing: {saved:?}");
+            let Coverage {
+                depth,
+                instructions: [evolved, exported],
+            } = assert_modes_agree(&case, 1, 25);
+            assert!(depth >= 2, "no decision went through several teams");
+            assert!(exported < evolved, "compaction dropped nothing");
+        }
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::test_runner::Config { cases: 24, failure_persistence: None, ..Default::default() })]
+
+        #[test]
+        fn both_modes_decide_alike_over_random_graphs(seed: u64, case in 0usize..4, generations in 0u32..12) {
+            assert_modes_agree(&cases()[case], seed, generations);
         }
     }
 }

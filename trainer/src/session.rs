@@ -267,8 +267,10 @@ impl Session {
         generation: u64,
         memory: Option<&[f32]>,
     ) -> Result<Vec<u8>, LowerError> {
-        let provenance = provenance::hash(&self.config, self.seed, generation);
-        let contract = &self.blueprint.contract;
+        let blueprint = &self.blueprint;
+        let identity = &blueprint.task_identity;
+        let provenance = provenance::hash(&self.config, identity, self.seed, generation);
+        let contract = &blueprint.contract;
         lower(
             &self.population,
             root,

@@ -1,13 +1,16 @@
 //! `tpg-plant`: simulates a task for a controller in another process.
 
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
 use clap::Parser;
 use tpg_runtime::Policy;
 use tpg_sim_bridge::message::Role;
-use tpg_sim_bridge::{LinkArgs, Outcome, RemoteController, failure, status};
+use tpg_sim_bridge::{
+    BridgeError, LinkArgs, Outcome, PaceArgs, Paced, RemoteController, failure, status,
+};
 use tpg_trainer::cli::{Failure, ScoreArgs, Status};
-use tpg_trainer::eval::evaluate;
+use tpg_trainer::eval::{EvaluationError, evaluate};
 
 /// Simulate a task for a controller in another process.
 ///
@@ -24,36 +27,61 @@ struct Args {
     #[command(flatten)]
     score: ScoreArgs,
     #[command(flatten)]
+    pace: PaceArgs,
+    #[command(flatten)]
     link: LinkArgs,
 }
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    match run(args.score, &args.link) {
+    let attached = args.link.attached;
+    match run(args) {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever started both says that the loop was interrupted.
-        Err(failure) if args.link.attached && failure.status == Status::Interrupted => {
-            failure.status.into()
-        }
+        Err(failure) if attached && failure.status == Status::Interrupted => failure.status.into(),
         Err(failure) => failure.report(),
     }
 }
 
-fn run(score: ScoreArgs, link: &LinkArgs) -> Result<(), Failure> {
+fn run(args: Args) -> Result<(), Failure> {
+    let Args { score, pace, link } = args;
     let setup = score.resolve()?;
     let mut arena = setup.arena()?;
     let policy = Policy::load(&setup.blob).map_err(Failure::bad_input)?;
     link.prepare().map_err(failure)?;
     let connected =
         RemoteController::connect(&policy, &setup.blob, &link.run, link.timeout.timeout());
-    let mut controller = connected.map_err(failure)?;
-    link.announce(Role::Controller, controller.controller_pid());
-    let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())
-        .map_err(|error| Failure::new(status(&error.source), error))?;
-    let latency = controller.finish().map_err(failure)?;
+    let remote = connected.map_err(failure)?;
+    link.announce(Role::Controller, remote.controller_pid());
+    let cut_short =
+        |error: EvaluationError<BridgeError>| Failure::new(status(&error.source), error);
+    let (episodes, latency, timing) = if pace.realtime {
+        let paced = Paced::new(remote, pace.max_misses).map_err(failure)?;
+        let mut controller = setup.disturbed(&arena, paced)?;
+        let start = Instant::now();
+        let seconds = pace.seconds.map(Duration::from_secs);
+        // Without --seconds it is the number of episodes that counts.
+        let count = if seconds.is_some() {
+            usize::MAX
+        } else {
+            setup.episodes as usize
+        };
+        let seeds = (setup.endless_seeds().take(count))
+            .take_while(|_| seconds.is_none_or(|seconds| start.elapsed() < seconds));
+        let episodes = evaluate(&mut arena, &mut controller, seeds).map_err(cut_short)?;
+        let (latency, timing) = controller.into_inner().finish().map_err(failure)?;
+        (episodes, latency, Some(timing))
+    } else {
+        let mut controller = setup.disturbed(&arena, remote)?;
+        let seeds = setup.episode_seeds();
+        let episodes = evaluate(&mut arena, &mut controller, seeds).map_err(cut_short)?;
+        let latency = controller.into_inner().finish().map_err(failure)?;
+        (episodes, latency, None)
+    };
     let outcome = Outcome {
         report: setup.report(&episodes),
         latency,
+        timing,
     };
     outcome.print(setup.json)
 }

@@ -34,7 +34,10 @@ pub(super) fn run(args: Args) -> Result<Status, Failure> {
     let mut arena = setup.arena()?;
     let episodes = match &args.trace {
         Some(file) => record(&setup, &mut arena, agent, file)?,
-        None => evaluate(&mut arena, &mut *agent, setup.episode_seeds())?,
+        None => {
+            let mut controller = setup.disturbed(&arena, &mut *agent)?;
+            evaluate(&mut arena, &mut controller, setup.episode_seeds())?
+        }
     };
     let report = setup.report(&episodes);
     let baselines = if args.baselines {
@@ -44,18 +47,27 @@ pub(super) fn run(args: Args) -> Result<Status, Failure> {
     };
     if setup.json {
         let mut value = serde_json::to_value(&report)?;
-        for (name, mean) in &baselines {
-            value[format!("{name}_mean")] = (*mean).into();
+        for (name, returns) in &baselines {
+            value[format!("{name}_mean")] = stats::mean(returns).into();
+            value[format!("{name}_mean_ci95")] = stats::bootstrap_mean_95(returns).to_vec().into();
         }
         print_json(&value)?;
     } else {
         let mut out = std::io::stdout().lock();
         writeln!(out, "{report}")?;
-        for (name, mean) in &baselines {
+        for (name, returns) in &baselines {
+            let [low, high] = stats::bootstrap_mean_95(returns);
+            let name = format!("{name} policy");
             writeln!(
                 out,
-                "{:<14} {mean:.2} on the same episodes",
-                format!("{name} policy")
+                "{name:<14} {:.2} [{low:.2}, {high:.2}]",
+                stats::mean(returns)
+            )?;
+        }
+        if !baselines.is_empty() {
+            writeln!(
+                out,
+                "intervals      95 %, bootstrap; all on the same episodes"
             )?;
         }
     }
@@ -78,28 +90,20 @@ fn record(
     );
     let file = File::create(path).or_usage(format!("cannot create {}", path.display()))?;
     let mut recording = Recording::new(agent, header, BufWriter::new(file))?;
-    let episodes = evaluate(arena, &mut recording, setup.episode_seeds())?;
+    let mut controller = setup.disturbed(arena, &mut recording)?;
+    let episodes = evaluate(arena, &mut controller, setup.episode_seeds())?;
     recording.finish()?;
     Ok(episodes)
 }
 
-/// Mean returns of policies that know nothing, on the same episodes.
-fn baselines(setup: &Setup) -> Result<Vec<(&'static str, f64)>, Failure> {
+/// Returns of policies that know nothing, on the same episodes.
+fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
     let mut arena = setup.arena()?;
     let actions = arena.task().spec().actions;
-    let mean = |episodes: Vec<Episode>| {
-        let totals: Vec<f64> = episodes.iter().map(|e| e.total).collect();
-        stats::mean(&totals)
-    };
-    let zero = evaluate(
-        &mut arena,
-        &mut ConstantController::zero(actions),
-        setup.episode_seeds(),
-    )?;
-    let random = evaluate(
-        &mut arena,
-        &mut RandomController::new(actions),
-        setup.episode_seeds(),
-    )?;
-    Ok(vec![("zero", mean(zero)), ("random", mean(random))])
+    let returns = |episodes: Vec<Episode>| episodes.iter().map(|e| e.total).collect();
+    let mut zero = setup.disturbed(&arena, ConstantController::zero(actions))?;
+    let zero = evaluate(&mut arena, &mut zero, setup.episode_seeds())?;
+    let mut random = setup.disturbed(&arena, RandomController::new(actions))?;
+    let random = evaluate(&mut arena, &mut random, setup.episode_seeds())?;
+    Ok(vec![("zero", returns(zero)), ("random", returns(random))])
 }

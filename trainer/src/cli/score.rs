@@ -7,9 +7,11 @@ use serde::Serialize;
 use tpg_runtime::{Header, Policy};
 
 use super::{Failure, Fault as _};
-use crate::eval::{Arena, Domain, Episode, episode_seed};
+use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, episode_seed};
 use crate::stats;
-use crate::task::{self, ActionSpace, Observability, Spec, Wrappers, parse_stack, stack_text};
+use crate::task::{
+    self, ActionSpace, Observability, Spec, UnknownTask, Wrappers, parse_stack, stack_text,
+};
 
 /// Prints a value as one line of JSON to standard output, floats at full precision.
 ///
@@ -30,12 +32,16 @@ pub struct ScoreArgs {
     /// Exported policy.
     #[arg(value_name = "FILE.tpg")]
     pub file: PathBuf,
-    /// Task, by default the one that the policy was evolved for.
+    /// Task, or path of the TOML file that describes it; by default the task that the policy was evolved for.
     #[arg(long, value_name = "TASK")]
     pub task: Option<String>,
     /// What the policy sees: none, velocities-removed, blackout:2/3; may be repeated. Default: as evolved.
     #[arg(long, value_name = "WRAPPER")]
     pub observability: Vec<String>,
+    /// Disturb the link: delay:2, loss:1/10, noise:0.01, quantise:0.001; `action:` before it disturbs actions; may
+    /// be repeated, applied in order.
+    #[arg(long, value_name = "WRAPPER")]
+    pub disturb: Vec<Disturbance>,
     /// Number of test episodes.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     pub episodes: u32,
@@ -56,8 +62,12 @@ pub struct Setup {
     pub blob: Vec<u8>,
     /// Full name of the task.
     pub task: String,
+    /// Name of the task, or absolute path of the file that describes it.
+    pub task_source: String,
     /// What the policy sees.
     pub observability: Vec<Observability>,
+    /// What happens to observations and actions on their way.
+    pub disturb: Vec<Disturbance>,
     /// Number of episodes.
     pub episodes: u32,
     /// Seed of the episodes.
@@ -83,22 +93,47 @@ impl ScoreArgs {
         } else {
             parse_stack(&self.observability.join("+")).or_usage("bad --observability")?
         };
-        let name = self.task.as_deref().unwrap_or(policy.tables().task);
-        let task = task::create(name).or_usage("no such task")?;
+        let task_source = task::locate(self.task.as_deref().unwrap_or(policy.tables().task));
+        let task = match task::create(&task_source) {
+            Err(UnknownTask::NoSuchName { name, .. }) if self.task.is_none() => {
+                return Err(Failure::usage(anyhow::anyhow!(
+                    "{} was evolved for the task {name:?}, which is not built in: give the file that describes it by \
+                     --task path/to/task.toml",
+                    file.display()
+                )));
+            }
+            created => bad_task(created)?,
+        };
         let wrappers =
             Wrappers::new(&observability, task.spec()).or_usage("bad --observability")?;
         check_fit(policy.header(), task.spec(), wrappers.inputs().len())?;
-        let task = task.spec().name.clone();
+        let Spec {
+            name: task,
+            actions,
+            ..
+        } = task.spec().clone();
+        Disturbed::new((), &self.disturb, wrappers.inputs().len(), actions)
+            .or_usage("bad --disturb")?;
         Ok(Setup {
             file,
             task,
+            task_source,
             observability,
+            disturb: self.disturb,
             episodes: self.episodes,
             seed: self.seed,
             json: self.json,
             blob,
         })
     }
+}
+
+/// Gives a task that is not to be had the status of its cause.
+fn bad_task<T>(created: Result<T, UnknownTask>) -> Result<T, Failure> {
+    created.map_err(|error| match error {
+        UnknownTask::BadFile { .. } => Failure::bad_input(error),
+        _ => Failure::usage(error),
+    })
 }
 
 /// Refuses a policy whose inputs or actions are not the task's.
@@ -138,16 +173,30 @@ impl Setup {
     /// # Errors
     /// A [`Failure`] if the task is not to be had any more.
     pub fn arena(&self) -> Result<Arena, Failure> {
-        let task = task::create(&self.task).or_usage("no such task")?;
+        let task = bad_task(task::create(&self.task_source))?;
         let wrappers =
             Wrappers::new(&self.observability, task.spec()).or_usage("bad --observability")?;
         Ok(Arena::new(task, wrappers))
     }
 
+    /// A controller behind the disturbances, for an arena of this setup.
+    ///
+    /// # Errors
+    /// A [`Failure`] if a disturbance does not fit the task's actions.
+    pub fn disturbed<C>(&self, arena: &Arena, controller: C) -> Result<Disturbed<C>, Failure> {
+        let (seen, actions) = (arena.wrappers().inputs().len(), arena.task().spec().actions);
+        Disturbed::new(controller, &self.disturb, seen, actions).or_usage("bad --disturb")
+    }
+
     /// The seeds of the episodes, in order.
     pub fn episode_seeds(&self) -> impl Iterator<Item = u64> + use<> {
+        self.endless_seeds().take(self.episodes as usize)
+    }
+
+    /// The seeds of the episodes and of those that would follow them, without end.
+    pub fn endless_seeds(&self) -> impl Iterator<Item = u64> + use<> {
         let seed = self.seed;
-        (0..u64::from(self.episodes)).map(move |k| episode_seed(Domain::Test, seed, 0, k))
+        (0..).map(move |k| episode_seed(Domain::Test, seed, 0, k))
     }
 
     /// What the episodes came to, for printing.
@@ -159,8 +208,10 @@ impl Setup {
         Report {
             task: self.task.clone(),
             observability: stack_text(&self.observability),
+            disturbances: self.disturb.iter().map(ToString::to_string).collect(),
             seed: self.seed,
             mean: stats::mean(&returns),
+            mean_ci95: stats::bootstrap_mean_95(&returns),
             sd: stats::standard_deviation(&returns),
             lengths: episodes.iter().map(|e| e.steps).collect(),
             instructions_mean: instructions as f64 / steps as f64,
@@ -177,6 +228,8 @@ pub struct Report {
     pub task: String,
     /// What the policy saw.
     pub observability: String,
+    /// What happened to observations and actions on their way, in order.
+    pub disturbances: Vec<String>,
     /// Seed of the episodes.
     pub seed: u64,
     /// Return of each episode.
@@ -185,6 +238,8 @@ pub struct Report {
     pub lengths: Vec<u32>,
     /// Mean return.
     pub mean: f64,
+    /// 95 % bootstrap interval of the mean return.
+    pub mean_ci95: [f64; 2],
     /// Sample standard deviation of the returns; 0 for a single episode.
     pub sd: f64,
     /// Instructions executed per decision.
@@ -199,8 +254,16 @@ impl fmt::Display for Report {
         let steps: u64 = self.lengths.iter().map(|l| u64::from(*l)).sum();
         writeln!(f, "task           {}", self.task)?;
         writeln!(f, "observability  {}", self.observability)?;
+        if !self.disturbances.is_empty() {
+            writeln!(f, "disturbances   {}", self.disturbances.join(", "))?;
+        }
         writeln!(f, "episodes       {n}, seed {}", self.seed)?;
-        writeln!(f, "mean return    {:.2} (sd {:.2})", self.mean, self.sd)?;
+        let [low, high] = self.mean_ci95;
+        writeln!(
+            f,
+            "mean return    {:.2} [{low:.2}, {high:.2}], sd {:.2}",
+            self.mean, self.sd
+        )?;
         writeln!(f, "mean length    {:.1} steps", steps as f64 / n as f64)?;
         write!(
             f,

@@ -9,6 +9,7 @@ use super::run_folder::RunFolder;
 use super::{Failure, Fault as _, Status};
 use crate::config::{Preset, resolve};
 use crate::session::{Budget, Session, train};
+use crate::task::locate;
 
 /// Generations of a run that names no budget.
 const DEFAULT_GENERATIONS: u64 = 100;
@@ -18,9 +19,10 @@ const DEFAULT_GENERATIONS: u64 = 100;
 #[command(after_help = "Examples:\n  \
     tpg train hopper-sr-sm-b23 --seed 1 --minutes 10 --out runs/hopper\n  \
     tpg train --resume runs/hopper --minutes 20\n  \
-    tpg train cartpole-sr-sm --set evolution.population=100 --generations 50 --out runs/small")]
+    tpg train cartpole-sr-sm --set evolution.population=100 --generations 50 --out runs/small\n  \
+    tpg train sr-sm-b23 --task docs/examples/crane/crane.toml --minutes 5 --out runs/crane")]
 pub(super) struct Args {
-    /// Preset, see `tpg presets`.
+    /// Preset, see `tpg presets`; with --task also its variant alone, such as sr-sm or sl-b13.
     #[arg(required_unless_present = "resume", conflicts_with = "resume")]
     preset: Option<String>,
     /// Seed of the run; one seed fixes the result for any number of threads.
@@ -38,6 +40,9 @@ pub(super) struct Args {
     /// Train to the end of the generation that reaches this many minutes of training.
     #[arg(long, value_name = "M", group = "budget", value_parser = positive_minutes)]
     minutes: Option<f64>,
+    /// Task in place of the preset's: its name, or the path of the TOML file that describes it.
+    #[arg(long, value_name = "TASK", conflicts_with = "resume")]
+    task: Option<String>,
     /// Override a key of the configuration, such as evolution.population=200; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "resume")]
     sets: Vec<String>,
@@ -92,7 +97,11 @@ impl Args {
             }
             None => None,
         };
-        let config = resolve(&preset, file.as_deref(), &self.sets).or_usage("bad configuration")?;
+        let mut config =
+            resolve(&preset, file.as_deref(), &self.sets).or_usage("bad configuration")?;
+        if let Some(task) = &self.task {
+            config.task = locate(task);
+        }
         let session = Session::new(config, self.seed.unwrap_or(0)).or_usage("bad configuration")?;
         let budget = self
             .budget()

@@ -71,7 +71,9 @@ pub fn resolve(
     for set in sets {
         merge(&mut table, &assignment(set)?, "")?;
     }
-    Ok(Config::try_from(Value::Table(table))?)
+    let mut config = Config::try_from(Value::Table(table))?;
+    config.task = crate::task::locate(&config.task);
+    Ok(config)
 }
 
 impl TryFrom<Value> for Config {

@@ -1,5 +1,7 @@
 //! Presets: a task, a variant of the thesis, and how often the observation is blank.
 
+use toml::Table;
+
 use super::ConfigError;
 use super::layers::{nearest, parse};
 
@@ -12,44 +14,46 @@ macro_rules! files {
     };
 }
 
-const TASKS: &[(&str, &str)] = files!("tasks": "inverted-double-pendulum" "hopper" "cartpole");
+const TASKS: &[(&str, &str)] = files!("tasks": "inverted-double-pendulum" "hopper" "half-cheetah" "cartpole" "acrobot" "pendulum");
 /// Chapter 3's variants and its future work (T Tab 3.1, §3.8), for every task.
 const VARIANTS: &[(&str, &str)] =
     files!("variants": "sl-nc" "sl" "sr" "sr-sm" "sr-mm" "sr-sm-whole");
 /// Chapter 2's strategies (T Alg 1), for its own tasks of classic control.
 const STRATEGIES: &[(&str, &str)] =
     files!("variants": "original" "per-generation" "per-agent" "per-episode" "no-memory");
-const CLASSIC_CONTROL: &[&str] = &["cartpole"];
+const CLASSIC_CONTROL: &[&str] = &["cartpole", "acrobot", "pendulum"];
 /// Suffix and observability; without a suffix the task's own holds.
 const BLACKOUTS: &[(&str, &str)] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];
 
-/// A named configuration, `<task>-<variant>[-b23|-b13]`.
+/// A named configuration, `<task>-<variant>[-b23|-b13]`, or `<variant>[-b23|-b13]` for a task that the user names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preset {
     /// Its name.
     pub name: String,
-    /// Bare name of the task.
+    /// Bare name of the task; empty for one that the user names.
     pub task: &'static str,
     /// Name of the variant (T Tab 3.1).
     pub variant: &'static str,
     /// What the policy sees, in canonical form.
     pub observability: String,
     /// Overrides of the defaults, in order.
-    pub(super) layers: Vec<toml::Table>,
+    pub(super) layers: Vec<Table>,
 }
 
 impl Preset {
-    /// The preset of this name.
+    /// The preset of this name, those without a task included.
     ///
     /// # Errors
     /// [`ConfigError::UnknownPreset`] with the nearest name.
     pub fn find(name: &str) -> Result<Self, ConfigError> {
-        let all = presets()?;
+        let mut all = presets()?;
+        for (variant, file) in VARIANTS.iter().chain(STRATEGIES) {
+            all.extend(blackouts("", None, variant, &parse(file)?)?);
+        }
         let names = all.iter().map(|p| p.name.as_str());
         let suggestion = nearest(name, names);
-        all.iter()
+        all.into_iter()
             .find(|p| p.name == name)
-            .cloned()
             .ok_or_else(|| ConfigError::UnknownPreset {
                 name: name.into(),
                 suggestion,
@@ -70,31 +74,48 @@ pub fn presets() -> Result<Vec<Preset>, ConfigError> {
             &[]
         };
         for (variant, variant_file) in VARIANTS.iter().chain(strategies) {
-            for (suffix, blackout) in BLACKOUTS {
-                let task_layer = parse(task_file)?;
-                let own = task_layer.get("observability").and_then(|o| o.as_array());
-                let mut observability: Vec<String> = own
-                    .into_iter()
-                    .flatten()
-                    .filter_map(|o| Some(o.as_str()?.to_owned()))
-                    .collect();
-                let mut layers = vec![task_layer, parse(variant_file)?];
-                if !blackout.is_empty() {
-                    observability = vec![(*blackout).to_owned()];
-                    layers.push(parse(&format!("observability = [\"{blackout}\"]"))?);
-                }
-                if observability.is_empty() {
-                    observability.push("none".into());
-                }
-                presets.push(Preset {
-                    name: format!("{task}-{variant}{suffix}"),
-                    task,
-                    variant,
-                    observability: observability.join("+"),
-                    layers,
-                });
-            }
+            let (task_layer, variant_layer) = (parse(task_file)?, parse(variant_file)?);
+            presets.extend(blackouts(task, Some(&task_layer), variant, &variant_layer)?);
         }
+    }
+    Ok(presets)
+}
+
+/// The presets of a task and a variant, one for each observability; without a task, the variant's alone.
+fn blackouts(
+    task: &'static str,
+    task_layer: Option<&Table>,
+    variant: &'static str,
+    variant_layer: &Table,
+) -> Result<Vec<Preset>, ConfigError> {
+    let mut presets = Vec::new();
+    for (suffix, blackout) in BLACKOUTS {
+        let own = task_layer.and_then(|t| t.get("observability")?.as_array());
+        let mut observability: Vec<String> = own
+            .into_iter()
+            .flatten()
+            .filter_map(|o| Some(o.as_str()?.to_owned()))
+            .collect();
+        let mut layers: Vec<Table> = task_layer
+            .into_iter()
+            .chain([variant_layer])
+            .cloned()
+            .collect();
+        if !blackout.is_empty() {
+            observability = vec![(*blackout).to_owned()];
+            layers.push(parse(&format!("observability = [\"{blackout}\"]"))?);
+        }
+        if observability.is_empty() {
+            observability.push("none".into());
+        }
+        let hyphen = if task.is_empty() { "" } else { "-" };
+        presets.push(Preset {
+            name: format!("{task}{hyphen}{variant}{suffix}"),
+            task,
+            variant,
+            observability: observability.join("+"),
+            layers,
+        });
     }
     Ok(presets)
 }

@@ -8,7 +8,7 @@ use crate::evolve::EvolutionParams;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Config {
-    /// Name of the task.
+    /// Name of the task, or path of the file that describes it.
     pub task: String,
     /// What the policy sees of it.
     pub observability: Vec<String>,

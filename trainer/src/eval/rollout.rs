@@ -10,6 +10,9 @@ pub trait Controller {
     /// Why it could not.
     type Error;
 
+    /// Begins an episode of the wrappers around a controller, before [`reset`](Self::reset); others have no use for it.
+    fn seed_wrappers(&mut self, _wrapper_seed: u64) {}
+
     /// Begins an agent's evaluation or one of its episodes.
     ///
     /// # Errors
@@ -48,6 +51,22 @@ impl<W: Width, const WORDS: usize, const PROGRAMS: usize, const TEAMS: usize, co
             action: decision.action,
             instructions: decision.instructions,
         })
+    }
+}
+
+impl<C: Controller> Controller for &mut C {
+    type Error = C::Error;
+
+    fn seed_wrappers(&mut self, wrapper_seed: u64) {
+        (**self).seed_wrappers(wrapper_seed);
+    }
+
+    fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), C::Error> {
+        (**self).reset(what, agent_seed)
+    }
+
+    fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, C::Error> {
+        (**self).decide(observation)
     }
 }
 
@@ -110,6 +129,7 @@ impl Arena {
     ) -> Result<Episode, C::Error> {
         let mut seeds = EpisodeSeeds::new(episode_seed);
         self.task.reset(&mut seeds.initial_state);
+        controller.seed_wrappers(seeds.wrappers);
         controller.reset(what, seeds.agent)?;
         let mut episode = Episode {
             total: 0.0,

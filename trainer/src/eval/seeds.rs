@@ -31,19 +31,20 @@ pub struct EpisodeSeeds {
     pub initial_state: Rng,
     /// Decides when the observation is masked.
     pub mask: Rng,
+    /// Seeds the wrappers other than masks, such as noise.
+    pub wrappers: u64,
     /// Seeds the agent's own random streams.
     pub agent: u64,
 }
 
 impl EpisodeSeeds {
     /// The streams that an episode's seed stands for.
-    ///
-    /// Stream 2 belongs to wrappers other than masks, such as noise.
     #[must_use]
     pub fn new(episode_seed: u64) -> Self {
         EpisodeSeeds {
             initial_state: Rng::new(mix64(&[episode_seed, 0])),
             mask: Rng::new(mix64(&[episode_seed, 1])),
+            wrappers: mix64(&[episode_seed, 2]),
             agent: mix64(&[episode_seed, 3]),
         }
     }

@@ -1,10 +1,11 @@
 //! Tasks by name.
 
-use super::{CartPole, Task};
+use super::{Acrobot, CartPole, Pendulum, Task};
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 #[cfg(feature = "mujoco")]
-use super::mujoco::{DoublePendulum, Hopper, Version};
+use super::mujoco::{DoublePendulum, HalfCheetah, Hopper, Version};
 
 type Make = fn() -> Box<dyn Task>;
 
@@ -35,6 +36,16 @@ static TABLE: &[Row] = &[
         make: Some(|| Box::new(CartPole::new())),
     },
     Row {
+        name: "acrobot-v1",
+        default: true,
+        make: Some(|| Box::new(Acrobot::new())),
+    },
+    Row {
+        name: "pendulum-v1",
+        default: true,
+        make: Some(|| Box::new(Pendulum::new())),
+    },
+    Row {
         name: "inverted-double-pendulum-v4",
         default: true,
         make: mujoco!(DoublePendulum, V4),
@@ -54,6 +65,16 @@ static TABLE: &[Row] = &[
         default: false,
         make: mujoco!(Hopper, V5),
     },
+    Row {
+        name: "half-cheetah-v4",
+        default: true,
+        make: mujoco!(HalfCheetah, V4),
+    },
+    Row {
+        name: "half-cheetah-v5",
+        default: false,
+        make: mujoco!(HalfCheetah, V5),
+    },
 ];
 
 /// A name that stands for no task, or for none that this build can make.
@@ -61,7 +82,8 @@ static TABLE: &[Row] = &[
 #[non_exhaustive]
 pub enum UnknownTask {
     /// No task has this name.
-    #[error("no task is called {name:?}{}; tasks: {}", hint(*nearest), names().join(", "))]
+    #[error("no task is called {name:?}{}; tasks: {}, or the path of a .toml file that describes one",
+        hint(*nearest), names().join(", "))]
     NoSuchName {
         /// The name that was asked for.
         name: String,
@@ -76,6 +98,14 @@ pub enum UnknownTask {
     NeedsMujoco {
         /// Full name of the task.
         name: &'static str,
+    },
+    /// The file that describes a task, or its model, cannot be used.
+    #[error("{}: {why}", path.display())]
+    BadFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
     },
 }
 
@@ -96,11 +126,12 @@ pub fn names() -> &'static [&'static str] {
     &NAMES
 }
 
-/// Makes a task by its full name, or by its name without the version, which means the version that the thesis used.
+/// Makes a task by its full name, or by its name without the version, which means the version that the thesis used; or
+/// from the file that describes it, whose path ends in `.toml`.
 ///
 /// # Errors
 /// [`UnknownTask::NoSuchName`] lists the names and suggests the nearest; [`UnknownTask::NeedsMujoco`] when the build
-/// lacks the task's simulator.
+/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or makes no sense.
 ///
 /// # Examples
 /// ```
@@ -111,6 +142,9 @@ pub fn names() -> &'static [&'static str] {
 /// # }
 /// ```
 pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
+    if let Some(path) = file(name) {
+        return described(path);
+    }
     match TABLE
         .iter()
         .find(|row| row.name == name || row.default && bare(row.name) == name)
@@ -124,6 +158,48 @@ pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
             nearest: nearest(name),
         }),
     }
+}
+
+/// The path of a described task, as opposed to the name of a built-in one.
+fn file(name: &str) -> Option<&Path> {
+    let path = Path::new(name);
+    (path.extension()? == "toml").then_some(path)
+}
+
+#[cfg(feature = "mujoco")]
+fn described(path: &Path) -> Result<Box<dyn Task>, UnknownTask> {
+    let taken: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
+    super::mujoco::custom::load(path, &taken)
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn described(_: &Path) -> Result<Box<dyn Task>, UnknownTask> {
+    Err(UnknownTask::NeedsMujoco {
+        name: "that a file describes",
+    })
+}
+
+/// The name of a task, with the path of a described one made absolute, so that it means the same in every folder.
+#[must_use]
+pub fn locate(name: &str) -> String {
+    let absolute = file(name).and_then(|path| std::path::absolute(path).ok());
+    absolute
+        .and_then(|path| Some(path.to_str()?.to_owned()))
+        .unwrap_or_else(|| name.to_owned())
+}
+
+/// What fixes a task wherever its files lie: its name, or the hash of the files that describe it.
+///
+/// # Errors
+/// [`UnknownTask::BadFile`] where they cannot be read.
+pub fn identity(name: &str) -> Result<String, UnknownTask> {
+    let Some(path) = file(name) else {
+        return Ok(name.to_owned());
+    };
+    #[cfg(feature = "mujoco")]
+    return super::mujoco::custom::digest(path);
+    #[cfg(not(feature = "mujoco"))]
+    return described(path).map(|_| String::new());
 }
 
 /// The name without its version.
@@ -229,6 +305,6 @@ mod tests {
         let error = create("hopper").err().unwrap();
         assert_eq!(error, UnknownTask::NeedsMujoco { name: "hopper-v4" });
         assert!(error.to_string().contains("feature `mujoco`"));
-        assert_eq!(names(), ["cartpole-v1"]);
+        assert_eq!(names(), ["cartpole-v1", "acrobot-v1", "pendulum-v1"]);
     }
 }

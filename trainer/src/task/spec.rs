@@ -99,9 +99,14 @@ pub(super) fn channels(rows: &[ChannelRow]) -> Vec<Channel> {
 /// Writes values as an observation, by the rule of [`Task::observe`].
 pub(super) fn write(observation: &mut [f32], values: &[f64]) {
     for (out, &value) in observation.iter_mut().zip(values) {
-        let rounded = value as f32;
-        *out = if rounded.is_finite() { rounded } else { 0.0 };
+        *out = round(value);
     }
+}
+
+/// Rounds one value by the rule of [`Task::observe`].
+pub(super) fn round(value: f64) -> f32 {
+    let rounded = value as f32;
+    if rounded.is_finite() { rounded } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -4,11 +4,14 @@
 //! observations, rewards and ends to Gymnasium's in every bit. A further robot is one more file beside
 //! [`Hopper`]'s, and its rows in the table of names.
 
+pub(super) mod custom;
 mod double_pendulum;
+mod half_cheetah;
 mod hopper;
 mod sim;
 
 pub use double_pendulum::DoublePendulum;
+pub use half_cheetah::HalfCheetah;
 pub use hopper::Hopper;
 
 /// The version of Gymnasium's environment that a task follows.

@@ -2,6 +2,7 @@
 
 use crate::task::Step;
 use mujoco_rs::{
+    error::MjModelError,
     prelude::{MjData, MjLogMessage, MjModel, MjtDisableBit, MjtLogLevel, set_log_handler},
     util::assert_mujoco_version,
 };
@@ -51,13 +52,22 @@ impl Model {
     }
 }
 
+/// Compiles a user's model, whose options stay as they are.
+pub(super) fn compile(
+    read: impl FnOnce() -> Result<MjModel, MjModelError>,
+) -> Result<Arc<MjModel>, String> {
+    silence();
+    let failed = |error: MjModelError| error.to_string().trim_end().replace('\n', "; ");
+    Ok(Arc::new(read().map_err(failed)?))
+}
+
 /// Keeps MuJoCo from writing its log file into the working directory; once, before anything else of MuJoCo runs.
 fn silence() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         assert_mujoco_version();
-        // SAFETY: no other thread may use MuJoCo meanwhile. This crate uses it through `Model::get` alone, which comes
-        // here first, and `call_once` holds back every other thread until the handler is in place.
+        // SAFETY: no other thread may use MuJoCo meanwhile. This crate uses it through `Model::get` and `compile` alone, which
+        // come here first, and `call_once` holds back every other thread until the handler is in place.
         unsafe { set_log_handler(report) };
     });
 }
@@ -85,6 +95,12 @@ impl Sim {
         }
     }
 
+    /// Makes a robot out of a model that this one alone uses.
+    pub(super) fn with_model(model: Arc<MjModel>, frame_skip: u32) -> Result<Self, String> {
+        let data = MjData::try_new(model).map_err(|error| error.to_string())?;
+        Ok(Self { data, frame_skip })
+    }
+
     /// Simulated seconds of one control step, multiplied as Gymnasium does.
     pub(super) fn period(&self) -> f64 {
         self.data.model().opt().timestep * f64::from(self.frame_skip)
@@ -108,6 +124,11 @@ impl Sim {
         for (out, &value) in self.data.ctrl_mut().iter_mut().zip(control) {
             *out = f64::from(value);
         }
+        self.run()
+    }
+
+    /// Advances like [`advance`](Self::advance), under the control that the state holds already.
+    pub(super) fn run(&mut self) -> bool {
         for _ in 0..self.frame_skip {
             self.data.step();
         }

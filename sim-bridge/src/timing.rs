@@ -1,0 +1,175 @@
+//! How long things took: round trips, and in real time the periods.
+
+use std::fmt;
+use std::time::Duration;
+
+use hdrhistogram::Histogram;
+
+use crate::error::BridgeError;
+
+/// Longest time that the histograms tell from longer ones, in nanoseconds.
+const LONGEST_NS: u64 = 3_600_000_000_000;
+
+/// A histogram of times; its bounds are fixed, so that recording never allocates.
+pub(crate) fn histogram_ns() -> Result<Histogram<u64>, BridgeError> {
+    Histogram::new_with_bounds(1, LONGEST_NS, 3)
+        .map_err(BridgeError::transport("prepare a histogram"))
+}
+
+pub(crate) fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// How long round trips took: observation sent to action received, in nanoseconds, to three digits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Latency {
+    /// Number of decisions.
+    pub count: u64,
+    /// Half of them took no longer.
+    pub median_ns: u64,
+    /// 99 of 100 took no longer.
+    pub p99_ns: u64,
+    /// The longest.
+    pub max_ns: u64,
+}
+
+impl Latency {
+    pub(crate) fn new(round_trips_ns: &Histogram<u64>) -> Self {
+        Latency {
+            count: round_trips_ns.len(),
+            median_ns: round_trips_ns.value_at_quantile(0.5),
+            p99_ns: round_trips_ns.value_at_quantile(0.99),
+            max_ns: round_trips_ns.max(),
+        }
+    }
+
+    /// The form that stands in `--json`.
+    #[must_use]
+    pub fn to_json(self) -> serde_json::Value {
+        serde_json::json!({
+            "unit": "ns",
+            "count": self.count,
+            "median": self.median_ns,
+            "p99": self.p99_ns,
+            "max": self.max_ns,
+        })
+    }
+}
+
+impl fmt::Display for Latency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [median, p99, max] =
+            [self.median_ns, self.p99_ns, self.max_ns].map(|ns| ns as f64 / 1e3);
+        write!(
+            f,
+            "round trip     median {median:.1} us, p99 {p99:.1} us, max {max:.1} us"
+        )
+    }
+}
+
+/// How a loop kept to real time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// The control period.
+    pub period_us: u32,
+    /// How far the time from one action to the next was from the period: half of them no further.
+    pub jitter_median_us: f64,
+    /// The same, 99 of 100 of them no further.
+    pub jitter_p99_us: f64,
+    /// The same, the furthest.
+    pub jitter_max_us: f64,
+    /// What was counted.
+    pub counts: Counts,
+    /// Answers that came too late and were dropped.
+    pub late_answers: u64,
+}
+
+/// What is counted in real time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Control periods, one for each step.
+    pub periods: u64,
+    /// Periods without an answer in time.
+    pub misses: u64,
+    /// Most misses in a row.
+    pub longest_run: u64,
+    /// Steps on the last action again.
+    pub held: u64,
+    /// Steps on the safe action.
+    pub safe: u64,
+    /// Times that an answer ended a row of misses which had led to the safe action.
+    pub recoveries: u64,
+    /// Periods that were over before the plant had an observation to send.
+    pub overruns: u64,
+}
+
+impl Timing {
+    pub(crate) fn new(
+        period_us: u32,
+        jitter_ns: &Histogram<u64>,
+        counts: Counts,
+        late_answers: u64,
+    ) -> Self {
+        let us = |ns: u64| ns as f64 / 1e3;
+        Timing {
+            period_us,
+            jitter_median_us: us(jitter_ns.value_at_quantile(0.5)),
+            jitter_p99_us: us(jitter_ns.value_at_quantile(0.99)),
+            jitter_max_us: us(jitter_ns.max()),
+            counts,
+            late_answers,
+        }
+    }
+
+    /// The form that stands in `--json`.
+    #[must_use]
+    pub fn to_json(self) -> serde_json::Value {
+        let counts = self.counts;
+        serde_json::json!({
+            "period_us": self.period_us,
+            "periods": counts.periods,
+            "jitter_us": {
+                "median": self.jitter_median_us,
+                "p99": self.jitter_p99_us,
+                "max": self.jitter_max_us,
+            },
+            "misses": counts.misses,
+            "longest_run_of_misses": counts.longest_run,
+            "held_steps": counts.held,
+            "safe_steps": counts.safe,
+            "recoveries": counts.recoveries,
+            "late_answers": self.late_answers,
+            "overruns": counts.overruns,
+        })
+    }
+}
+
+impl fmt::Display for Timing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Counts {
+            periods,
+            misses,
+            longest_run,
+            held,
+            safe,
+            recoveries,
+            overruns,
+        } = self.counts;
+        writeln!(
+            f,
+            "real time      {periods} periods of {} us, {overruns} begun too late by the plant",
+            self.period_us
+        )?;
+        writeln!(
+            f,
+            "jitter         median {:.1} us, p99 {:.1} us, max {:.1} us",
+            self.jitter_median_us, self.jitter_p99_us, self.jitter_max_us
+        )?;
+        write!(
+            f,
+            "misses         {misses}, at most {longest_run} in a row; {held} steps on the held action, {safe} on the \
+             safe one; {recoveries} recoveries; {} late answers dropped",
+            self.late_answers
+        )
+    }
+}

@@ -1,0 +1,60 @@
+//! After its first episode no task allocates: not when it is reset, observed or stepped.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use tpg_runtime::Action;
+use tpg_trainer::task::{ActionSpace, Rng, Task, create, names};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is handed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`, and the pointer came from the system's allocator.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn episode(task: &mut dyn Task, observation: &mut [f32], seed: u64) {
+    task.reset(&mut Rng::new(seed));
+    for t in 0..50u16 {
+        let values = [f32::from(t % 5) / 2.0 - 1.0; 8];
+        let action = match task.spec().actions {
+            ActionSpace::Discrete(count) => Action::Discrete(t % count),
+            ActionSpace::Continuous { len, .. } => Action::Continuous(&values[..usize::from(len)]),
+        };
+        task.observe(observation);
+        task.step(action);
+    }
+}
+
+#[test]
+fn no_task_allocates_after_its_first_episode() {
+    let crane = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/examples/crane/crane.toml"
+    );
+    let described = cfg!(feature = "mujoco").then_some(crane);
+    for name in names().iter().copied().chain(described) {
+        let mut task = create(name).unwrap_or_else(|error| panic!("{error}"));
+        let mut observation = vec![0.0; task.spec().inputs.len()];
+        episode(&mut *task, &mut observation, 1);
+        let before = ALLOCATIONS.get();
+        episode(&mut *task, &mut observation, 2);
+        assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
+    }
+}
