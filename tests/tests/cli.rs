@@ -211,6 +211,12 @@ fn a_run_folder_is_never_overwritten() {
     ] {
         assert!(out.join(file).is_file(), "no {file}");
     }
+    let inspect = tpg_json(&["inspect", text(&out), "--json"]);
+    let evolved = &inspect["as_evolved"];
+    for key in ["state_bytes", "blob_bytes"] {
+        assert!(evolved[key].as_u64() >= inspect[key].as_u64(), "{inspect}");
+    }
+    assert!(evolved["instructions"].as_u64() >= inspect["effective_instructions"].as_u64());
     let before = std::fs::read(out.join("log.csv")).expect("a log");
     assert_fails(&arguments, 2, &["--resume"]);
     assert_eq!(before, std::fs::read(out.join("log.csv")).expect("a log"));

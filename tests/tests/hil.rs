@@ -94,7 +94,14 @@ fn fixtures_agree_on_hopper() {
 #[test]
 fn trained_champions_agree() {
     let folder = tempfile::tempdir().expect("a folder");
-    for preset in ["hopper-sr-sm-b23", "inverted-double-pendulum-sr-b23"] {
+    for preset in [
+        "hopper-sr-sm-b23",
+        "inverted-double-pendulum-sr-b23",
+        "half-cheetah-sr-sm-b23",
+        "cartpole-sr-b23",
+        "acrobot-sr-sm-b23",
+        "pendulum-sl-b23",
+    ] {
         let out = folder.path().join(preset);
         tpg_tests::process::tpg_ok(&[
             "train",
@@ -102,11 +109,13 @@ fn trained_champions_agree() {
             "--seed",
             "3",
             "--generations",
-            "6",
+            "3",
             "--set",
-            "evolution.population=60",
+            "evolution.population=30",
             "--set",
-            "evolution.children=40",
+            "evolution.children=20",
+            "--set",
+            "evaluation.episodes=2",
             "--out",
             text(&out),
         ]);

@@ -223,7 +223,10 @@ impl Session {
     ) -> Tally {
         let blobs: Vec<Option<Vec<u8>>> = newcomers
             .iter()
-            .map(|root| self.export(*root, self.generation, None).ok())
+            .map(|root| {
+                self.export(*root, self.generation, None, Mode::Compact)
+                    .ok()
+            })
             .collect();
         let policies: Vec<Option<Policy<'_>>> = blobs
             .iter()
@@ -247,7 +250,9 @@ impl Session {
         let mut tally = Tally::default();
         for root in newcomers {
             let found = self.memory.clone();
-            let blob = self.export(*root, self.generation, found.as_deref()).ok();
+            let blob = self
+                .export(*root, self.generation, found.as_deref(), Mode::Compact)
+                .ok();
             let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
             let result = policy.and_then(|policy| pool.score_alone(policy, seeds).ok());
             let (episodes, memory) = result.unzip();
@@ -266,19 +271,13 @@ impl Session {
         root: TeamId,
         generation: u64,
         memory: Option<&[f32]>,
+        mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
         let blueprint = &self.blueprint;
         let identity = &blueprint.task_identity;
         let provenance = provenance::hash(&self.config, identity, self.seed, generation);
         let contract = &blueprint.contract;
-        lower(
-            &self.population,
-            root,
-            contract,
-            provenance,
-            memory,
-            Mode::Compact,
-        )
+        lower(&self.population, root, contract, provenance, memory, mode)
     }
 
     /// The best root, ties to the older, with its record.
@@ -293,9 +292,17 @@ impl Session {
     /// # Errors
     /// [`SessionError::NothingScored`] before the first generation or if nothing could be scored.
     pub fn export_champion(&self) -> Result<Vec<u8>, SessionError> {
+        self.lower_champion(Mode::Compact)
+    }
+
+    /// The champion's blob in either mode of lowering; both decide alike.
+    ///
+    /// # Errors
+    /// As [`Session::export_champion`], and [`SessionError::Export`] if the whole graph exceeds the format.
+    pub fn lower_champion(&self, mode: Mode) -> Result<Vec<u8>, SessionError> {
         match self.champion() {
             Some((root, record)) if record.score.is_finite() => {
-                Ok(self.export(root, record.generation, record.memory.as_deref())?)
+                Ok(self.export(root, record.generation, record.memory.as_deref(), mode)?)
             }
             _ => Err(SessionError::NothingScored {
                 generation: self.generation,

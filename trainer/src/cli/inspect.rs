@@ -9,12 +9,14 @@ use tpg_runtime::{Capacities, Policy};
 
 use super::{Failure, Fault as _, Status, print_json};
 use crate::disassemble::{disassemble, dot, inputs_used, svg};
+use crate::lower::Mode;
+use crate::session;
 
 /// Arguments of `tpg inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Exported policy.
-    #[arg(value_name = "FILE.tpg")]
+    /// Exported policy, or a run's folder: its champion, compared with how it evolved.
+    #[arg(value_name = "FILE.tpg|DIR")]
     file: PathBuf,
     /// Print one JSON object to standard output.
     #[arg(long)]
@@ -50,11 +52,30 @@ struct Summary {
     reset_scope: &'static str,
     memory: &'static str,
     control_period_us: u32,
+    /// Of a run's champion: the graph before lowering dropped what cannot matter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    as_evolved: Option<AsEvolved>,
+}
+
+/// Sizes of a graph as it evolved.
+#[derive(Debug, Serialize)]
+struct AsEvolved {
+    instructions: usize,
+    state_bytes: usize,
+    blob_bytes: usize,
 }
 
 pub(super) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.file.display();
-    let bytes = std::fs::read(&args.file).or_bad_input(format!("cannot read {file}"))?;
+    let (bytes, whole) = if args.file.is_dir() {
+        let session = session::load(&args.file.join("checkpoint"))
+            .or_bad_input(format!("{file} holds no run"))?;
+        let whole = session.lower_champion(Mode::Whole);
+        (session.export_champion()?, Some(whole?))
+    } else {
+        let read = std::fs::read(&args.file);
+        (read.or_bad_input(format!("cannot read {file}"))?, None)
+    };
     let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
     let drawings = [
         (&args.dot, dot as fn(&Policy<'_>) -> String),
@@ -66,7 +87,16 @@ pub(super) fn run(args: &Args) -> Result<Status, Failure> {
             std::fs::write(path, draw(&policy)).or_usage(cannot)?;
         }
     }
-    let summary = summarise(&policy, bytes.len());
+    let mut summary = summarise(&policy, bytes.len());
+    if let Some(whole) = &whole {
+        let evolved = summarise(&Policy::load(whole)?, whole.len());
+        summary.instructions = evolved.instructions;
+        summary.as_evolved = Some(AsEvolved {
+            instructions: evolved.instructions,
+            state_bytes: evolved.state_bytes,
+            blob_bytes: evolved.blob_bytes,
+        });
+    }
     if args.disassemble {
         write!(std::io::stdout().lock(), "{}", disassemble(&policy))?;
     } else if args.json {
@@ -102,6 +132,7 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         reset_scope: header.reset_scope.name(),
         memory: header.memory_model.name(),
         control_period_us: header.control_period_us,
+        as_evolved: None,
     }
 }
 
@@ -114,7 +145,11 @@ impl fmt::Display for Summary {
             "graph           {} teams, {} programs",
             self.teams, self.programs
         )?;
-        writeln!(f, "instructions    {}, all effective", self.instructions)?;
+        writeln!(
+            f,
+            "instructions    {}, {} effective",
+            self.instructions, self.effective_instructions
+        )?;
         writeln!(
             f,
             "worst decision  {} instructions, {} weighted operations",
@@ -131,6 +166,14 @@ impl fmt::Display for Summary {
             f,
             "bytes           {} of state (RAM), {} of blob (flash)",
             self.state_bytes, self.blob_bytes
-        )
+        )?;
+        if let Some(evolved) = &self.as_evolved {
+            write!(
+                f,
+                "\nas evolved      {} of state, {} of blob",
+                evolved.state_bytes, evolved.blob_bytes
+            )?;
+        }
+        Ok(())
     }
 }
