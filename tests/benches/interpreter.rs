@@ -10,9 +10,10 @@ use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use rustix::time::{ClockId, clock_gettime};
 use tpg_runtime::isa::Op;
-use tpg_runtime::{Agent, AnyWidth, HostAgent, Policy, Reset};
-use tpg_tests::shapes::{ARITHMETIC, GRAPH_INPUTS, TRANSCENDENTAL, scalar_graph, straight};
-use tpg_trainer::task::Rng;
+use tpg_runtime::{Agent, Fixed, HostAgent, Policy};
+use tpg_tests::shapes::{
+    ARITHMETIC, TRANSCENDENTAL, drifting_observations, straight, typical_graph,
+};
 
 /// CPU time of the measuring thread: other processes on the machine disturb it less than wall time.
 struct CpuTime;
@@ -78,7 +79,7 @@ impl Bench {
     fn class<const W: usize>(&mut self, name: &str, mix: &[Op], len: usize) {
         let bytes = straight(mix, W as u16, len).encode();
         let policy = Policy::load(&bytes).expect("a well-formed policy");
-        let mut agent: Box<Agent<'_, tpg_runtime::Fixed<W>, 4096, 4, 4, 4>> =
+        let mut agent: Box<Agent<'_, Fixed<W>, 4096, 4, 4, 4>> =
             Box::new(Agent::new(policy).expect("room"));
         let observation = [0.5; W];
         self.run("instruction", &format!("{name} W={W}"), len as f64, || {
@@ -89,7 +90,7 @@ impl Bench {
     /// Decisions of a graph over a drifting observation; the unit is one decision.
     fn graph(&mut self, name: &str, mix: &[Op], teams: u16, stateful: bool) {
         let observations = drifting_observations();
-        let (bytes, mean) = typical(mix, teams, stateful, &observations);
+        let (bytes, mean) = typical_graph(mix, teams, stateful, &observations);
         let policy = Policy::load(&bytes).expect("a well-formed policy");
         let mut agent: Box<HostAgent<'_>> = Box::new(Agent::new(policy).expect("room"));
         let mut all = observations.iter().cycle();
@@ -99,49 +100,6 @@ impl Bench {
             black_box(agent.decide(black_box(observation)).is_ok());
         });
     }
-}
-
-fn drifting_observations() -> Vec<[f32; GRAPH_INPUTS]> {
-    let mut random = Rng::new(4242);
-    let mut x = [0.0f32; GRAPH_INPUTS];
-    let mut next = || {
-        for value in &mut x {
-            *value = (*value + random.uniform(-0.1, 0.1) as f32) * 0.99;
-        }
-        x
-    };
-    (0..1024).map(|_| next()).collect()
-}
-
-/// The first seed whose decisions are like those of GEGELATI's champion where there are nine teams: about three teams
-/// and twelve programs, both actions used. Returns the policy and the mean of its executed instructions.
-fn typical(
-    mix: &[Op],
-    teams: u16,
-    stateful: bool,
-    observations: &[[f32; GRAPH_INPUTS]],
-) -> (Vec<u8>, f64) {
-    for seed in 1.. {
-        let bytes = scalar_graph(mix, teams, seed, stateful).encode();
-        let policy = Policy::load(&bytes).expect("a well-formed policy");
-        let mut agent: Agent<'_, AnyWidth, 2048, 256, 64, 4> = Agent::new(policy).expect("room");
-        agent.reset(Reset::Agent, 1);
-        let (mut visited, mut instructions, mut second) = (0.0, 0.0, 0);
-        for observation in observations {
-            let decision = agent.decide(observation).expect("the right length");
-            visited += f64::from(decision.teams);
-            instructions += f64::from(decision.instructions);
-            second += usize::from(decision.action == tpg_runtime::Action::Discrete(1));
-        }
-        let n = observations.len() as f64;
-        let alike = (2.8..3.3).contains(&(visited / n))
-            && (215.0..245.0).contains(&(instructions / n))
-            && (100..924).contains(&second);
-        if alike || teams != 9 {
-            return (bytes, instructions / n);
-        }
-    }
-    unreachable!("some seed fits")
 }
 
 fn classes<const W: usize>(bench: &mut Bench) {

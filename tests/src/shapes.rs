@@ -1,9 +1,9 @@
 //! Policies of a given shape, for benchmarks: seeded, so that a shape is the same policy everywhere.
 
-use tpg_runtime::Header;
 use tpg_runtime::blob::MemoryModel;
 use tpg_runtime::isa::{Destination, Op, Operand};
 use tpg_runtime::tables::{Instruction, Target, TeamId};
+use tpg_runtime::{Action, Agent, AnyWidth, Header, Policy, Reset};
 use tpg_trainer::task::Rng;
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
@@ -65,6 +65,55 @@ pub fn scalar_graph(mix: &[Op], teams: u16, seed: u64, stateful: bool) -> Draft 
         });
     }
     draft
+}
+
+/// Observations that change a little from one to the next.
+#[must_use]
+pub fn drifting_observations() -> Vec<[f32; GRAPH_INPUTS]> {
+    let mut random = Rng::new(4242);
+    let mut x = [0.0f32; GRAPH_INPUTS];
+    let mut next = || {
+        for value in &mut x {
+            *value = (*value + random.uniform(-0.1, 0.1) as f32) * 0.99;
+        }
+        x
+    };
+    (0..1024).map(|_| next()).collect()
+}
+
+/// The first seed whose decisions are like those of GEGELATI's champion where there are nine teams: about three teams
+/// and twelve programs, both actions used. Returns the policy and the mean of its executed instructions.
+///
+/// # Panics
+/// If the runtime refuses the policy: a fault of this function.
+#[must_use]
+pub fn typical_graph(
+    mix: &[Op],
+    teams: u16,
+    stateful: bool,
+    observations: &[[f32; GRAPH_INPUTS]],
+) -> (Vec<u8>, f64) {
+    for seed in 1.. {
+        let bytes = scalar_graph(mix, teams, seed, stateful).encode();
+        let policy = Policy::load(&bytes).expect("a well-formed policy");
+        let mut agent: Agent<'_, AnyWidth, 2048, 256, 64, 4> = Agent::new(policy).expect("room");
+        agent.reset(Reset::Agent, 1);
+        let (mut visited, mut instructions, mut second) = (0.0, 0.0, 0);
+        for observation in observations {
+            let decision = agent.decide(observation).expect("the right length");
+            visited += f64::from(decision.teams);
+            instructions += f64::from(decision.instructions);
+            second += usize::from(decision.action == Action::Discrete(1));
+        }
+        let n = observations.len() as f64;
+        let alike = (2.8..3.3).contains(&(visited / n))
+            && (215.0..245.0).contains(&(instructions / n))
+            && (100..924).contains(&second);
+        if alike || teams != 9 {
+            return (bytes, instructions / n);
+        }
+    }
+    unreachable!("some seed fits")
 }
 
 /// One program of `len` instructions that take the operations of `mix` in turn, over all its registers.
