@@ -2,7 +2,11 @@
 //!
 //! `scripts/instruction-counts` runs this and compares with the committed counts.
 
-#![expect(missing_docs, reason = "the items that need docs are made by macros")]
+#![expect(
+    missing_docs,
+    unused_qualifications,
+    reason = "of items that macros make"
+)]
 
 use std::hint::black_box;
 
