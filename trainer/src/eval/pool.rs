@@ -36,6 +36,8 @@ pub struct Spent {
     pub loading: Duration,
     /// Episodes: tasks, wrappers and decisions.
     pub episodes: Duration,
+    /// Nothing: the line was empty, and other threads were still at work.
+    pub idle: Duration,
 }
 
 /// What is to be scored.
@@ -81,13 +83,14 @@ impl Pool {
         let jobs = jobs(line, self.arenas.len());
         let next = AtomicUsize::new(0);
         let blobs: Vec<OnceLock<Option<Vec<u8>>>> = vec![OnceLock::new(); line.expected.len()];
+        let started = Instant::now();
         let work = |arena: &mut Arena| {
             let mut worker = Worker::default();
             let mut done = Vec::new();
             while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
                 done.push((job, worker.score(job, &blobs, line, arena)));
             }
-            (done, worker.spent)
+            (done, worker.spent, started.elapsed())
         };
         let results = match self.arenas.as_mut_slice() {
             [only] => vec![work(only)],
@@ -105,8 +108,10 @@ impl Pool {
                     .collect()
             }),
         };
+        let ended = started.elapsed();
         let mut parts = Vec::with_capacity(jobs.len());
-        for (done, spent) in results {
+        for (done, spent, worked) in results {
+            self.spent.idle += ended.saturating_sub(worked);
             self.spent.lowering += spent.lowering;
             self.spent.loading += spent.loading;
             self.spent.episodes += spent.episodes;
