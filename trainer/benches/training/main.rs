@@ -1,7 +1,7 @@
 //! What training costs, beside what the simulator alone costs.
 //!
-//! `cargo bench -p tpg-trainer --bench training [-- SECTION...]` prints Markdown tables; sections: `physics`, `run`,
-//! `growth`, `native`; all without one. CPU time, except where a table says otherwise. Ratios are medians of rounds that
+//! `cargo bench -p tpg-trainer --bench training [-- SECTION...]` prints Markdown tables; sections: `tasks`,
+//! `physics`, `run`, `growth`, `native`; all without one. CPU time, except where a table says otherwise. Ratios are medians of rounds that
 //! take turns, so that a busy machine touches both sides alike.
 
 #[cfg(feature = "mujoco")]
@@ -15,6 +15,8 @@ mod physics;
 mod replay;
 #[cfg(feature = "mujoco")]
 mod run;
+#[cfg(feature = "mujoco")]
+mod tasks;
 
 use std::time::Duration;
 
@@ -24,6 +26,8 @@ use tpg_trainer::config::{Config, Preset, resolve};
 type Section = (&'static str, fn());
 
 const SECTIONS: &[Section] = &[
+    #[cfg(feature = "mujoco")]
+    ("tasks", tasks::print),
     #[cfg(feature = "mujoco")]
     ("physics", physics::print),
     #[cfg(feature = "mujoco")]
