@@ -75,7 +75,9 @@ impl fmt::Display for ObservationError {
 impl core::error::Error for ObservationError {}
 
 /// An agent with room for any policy that the format's offsets can address, for hosts; some 340 KB, so box it.
-pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize }, 2_048, 512, 1_536>;
+///
+/// It has a word for every 16-bit offset, so that the compiler drops the checks of the interpreter's accesses.
+pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize + 1 }, 2_048, 512, 1_536>;
 
 /// One decision: the action and how it came about.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +121,7 @@ pub struct Agent<
     const STREAMS: usize,
 > {
     policy: Policy<'p>,
-    words: Vec<f32, WORDS>,
+    words: [f32; WORDS],
     bids: Vec<f32, PROGRAMS>,
     visited: Vec<bool, TEAMS>,
     streams: Vec<Pcg32, STREAMS>,
@@ -143,7 +145,7 @@ impl<
     pub fn new(policy: Policy<'p>) -> Result<Self, CapacityError> {
         let mut agent = Agent {
             policy,
-            words: Vec::new(),
+            words: [0.0; WORDS],
             bids: Vec::new(),
             visited: Vec::new(),
             streams: Vec::new(),
@@ -175,12 +177,11 @@ impl<
             });
         }
         // None of these can fail: the lengths were just compared with the capacities.
-        let _ = self.words.resize(needed.words, 0.0);
         let _ = self.bids.resize(needed.programs, f32::NAN);
         let _ = self.visited.resize(needed.teams, false);
         let _ = self.streams.resize(needed.streams, Pcg32::new(0, 0));
         self.policy = policy;
-        self.words.fill(0.0);
+        self.words_mut().fill(0.0);
         self.restore_memory();
         self.reset_registers();
         self.seed_streams(0);
@@ -254,17 +255,16 @@ impl<
         for (word, x) in window.zip(observation.iter().cycle()) {
             *word = math::finite(*x);
         }
-        let path = W::decide(
-            &self.policy,
-            &mut Machine {
-                words: &mut self.words,
-                bids: &mut self.bids,
-                visited: &mut self.visited,
-                streams: &mut self.streams,
-                indexed: &mut self.indexed,
-                observer,
-            },
-        );
+        let wides = W::wides::<O>(header.width);
+        let mut machine = Machine {
+            words: &mut self.words,
+            bids: &mut self.bids,
+            visited: &mut self.visited,
+            streams: &mut self.streams,
+            indexed: &mut self.indexed,
+            observer,
+        };
+        let path = exec::decide(&self.policy, &mut machine, wides);
         Ok(Decision {
             action: self.take_action(path.winner),
             winner: path.winner,
@@ -276,7 +276,7 @@ impl<
     /// Memory that programs share: the teams' slots, then the kept cells, in state order.
     #[must_use]
     pub fn memory(&self) -> &[f32] {
-        self.words
+        self.words()
             .get(self.policy.memory_start..)
             .unwrap_or_default()
     }
@@ -284,7 +284,8 @@ impl<
     /// The whole state, for comparisons: observation window, outputs, registers, memory.
     #[must_use]
     pub fn words(&self) -> &[f32] {
-        &self.words
+        let len = self.policy.header.words as usize;
+        self.words.get(..len).unwrap_or_default()
     }
 
     /// Overwrites the shared memory, for scopes in which it outlives the agent.
@@ -292,10 +293,8 @@ impl<
     /// # Errors
     /// [`CapacityError`] if `memory` has another length than [`Agent::memory`]; nothing changes then.
     pub fn set_memory(&mut self, memory: &[f32]) -> Result<(), CapacityError> {
-        let place = self
-            .words
-            .get_mut(self.policy.memory_start..)
-            .unwrap_or_default();
+        let start = self.policy.memory_start;
+        let place = self.words_mut().get_mut(start..).unwrap_or_default();
         if place.len() != memory.len() {
             return Err(CapacityError {
                 resource: "memory words",
@@ -332,6 +331,12 @@ impl<
         Action::Continuous(outputs.unwrap_or_default())
     }
 
+    /// The words that the policy uses, of all that there is room for.
+    fn words_mut(&mut self) -> &mut [f32] {
+        let len = self.policy.header.words as usize;
+        self.words.get_mut(..len).unwrap_or_default()
+    }
+
     fn reset_registers(&mut self) {
         for bytes in self.policy.tables.programs {
             let program = Program::from_bytes(bytes);
@@ -343,7 +348,8 @@ impl<
     fn restore_memory(&mut self) {
         let carried = self.policy.tables.memory;
         if !carried.is_empty() {
-            let place = self.words.get_mut(self.policy.memory_start..);
+            let start = self.policy.memory_start;
+            let place = self.words_mut().get_mut(start..);
             for (word, bytes) in place.unwrap_or_default().iter_mut().zip(carried) {
                 *word = f32::from_le_bytes(*bytes);
             }
@@ -351,7 +357,8 @@ impl<
         }
         if self.policy.header.memory_model == MemoryModel::Indexed {
             // The thesis clears indexed memory to zero (§2.5.1); only team memory has constants.
-            let cells = self.words.get_mut(self.policy.cells_start()..);
+            let start = self.policy.cells_start();
+            let cells = self.words_mut().get_mut(start..);
             cells.unwrap_or_default().fill(0.0);
         }
         let width = usize::from(self.policy.header.width);

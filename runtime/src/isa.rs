@@ -155,6 +155,7 @@ macro_rules! isa {
             pub const ALL: &'static [Op] = &[$(Op::$name),*];
 
             /// The operation with this code, if there is one.
+            #[inline(always)]
             #[must_use]
             pub const fn from_code(code: u8) -> Option<Op> {
                 match code {

@@ -332,13 +332,14 @@ impl Instruction {
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
-        let [code, _, d0, d1, a0, a1, b0, b1] = *bytes;
-        match Op::from_code(code) {
+        // One load: fields taken byte by byte cost more than most operations.
+        let word = u64::from_le_bytes(*bytes);
+        match Op::from_code(word as u8) {
             Some(op) => Some(Instruction {
                 op,
-                d: u16::from_le_bytes([d0, d1]),
-                a: u16::from_le_bytes([a0, a1]),
-                b: u16::from_le_bytes([b0, b1]),
+                d: (word >> 16) as u16,
+                a: (word >> 32) as u16,
+                b: (word >> 48) as u16,
             }),
             None => None,
         }

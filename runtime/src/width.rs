@@ -1,19 +1,19 @@
 //! For which vector widths the interpreter is compiled.
 
-use crate::exec::{self, Machine, Path};
+use crate::exec::{Wides, wides};
 use crate::trace::Observer;
-use crate::verify::Policy;
 
 /// Which vector widths an [`Agent`](crate::Agent) is compiled for.
 pub trait Width: sealed::Sealed {}
 
 pub(crate) mod sealed {
-    use super::{Machine, Observer, Path, Policy};
+    use super::{Observer, Wides};
 
     pub trait Sealed {
         /// The only width, or `None` for every width up to the limit.
         const ONLY: Option<u16>;
-        fn decide<O: Observer>(policy: &Policy<'_>, machine: &mut Machine<'_, O>) -> Path;
+        /// The instructions on vectors and matrices of this width.
+        fn wides<O: Observer>(width: u16) -> Wides<O>;
     }
 }
 
@@ -32,21 +32,22 @@ impl<const W: usize> sealed::Sealed for Fixed<W> {
     const ONLY: Option<u16> = Some(W as u16);
 
     #[inline(always)]
-    fn decide<O: Observer>(policy: &Policy<'_>, machine: &mut Machine<'_, O>) -> Path {
-        exec::decide::<W, O>(policy, machine)
+    fn wides<O: Observer>(_: u16) -> Wides<O> {
+        wides::<W, O>
     }
 }
 
 impl sealed::Sealed for AnyWidth {
     const ONLY: Option<u16> = None;
 
-    fn decide<O: Observer>(policy: &Policy<'_>, machine: &mut Machine<'_, O>) -> Path {
+    #[inline(always)]
+    fn wides<O: Observer>(width: u16) -> Wides<O> {
         macro_rules! dispatch {
             ($($w:literal)*) => {
-                match policy.header.width {
-                    $($w => exec::decide::<$w, O>(policy, machine),)*
+                match width {
+                    $($w => wides::<$w, O>,)*
                     // The verifier has refused every other width.
-                    _ => exec::decide::<1, O>(policy, machine),
+                    _ => wides::<1, O>,
                 }
             };
         }

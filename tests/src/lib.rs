@@ -6,3 +6,4 @@ pub mod golden;
 pub mod ops;
 pub mod process;
 pub mod samples;
+pub mod shapes;

@@ -2,7 +2,7 @@
 
 use rand_core::Rng as _;
 
-use super::{Machine, fill_initial};
+use super::{Shared, fill_initial};
 use crate::isa::REGISTERS;
 use crate::memory::slot_of;
 use crate::tables::{Instruction, Program, Section, Team};
@@ -23,24 +23,22 @@ pub(super) fn reload(
 
 /// Writes a register to a slot drawn at random (thesis Equation 3.4.1); slots that nobody reads are not kept.
 pub(super) fn write<O: Observer>(
-    machine: &mut Machine<'_, O>,
+    words: &mut [f32],
+    shared: &mut Shared<'_, O>,
     team: &Team,
     section: Section,
     source: usize,
     width: usize,
 ) {
-    let Some(stream) = team
-        .stream(section)
-        .and_then(|s| machine.streams.get_mut(s))
-    else {
+    let Some(stream) = team.stream(section).and_then(|s| shared.streams.get_mut(s)) else {
         return;
     };
     let slot = slot_of(stream.next_u32());
     let Some(start) = team.slot_start(section, slot, width) else {
         return;
     };
-    machine.observer.write(Place::Slot(section, slot as u16));
-    copy(machine.words, source, start, section.slot_words(width));
+    shared.observer.write(Place::Slot(section, slot as u16));
+    copy(words, source, start, section.slot_words(width));
 }
 
 /// Copies words within the state, one by one: `copy_within` would bring a panic into the decision.
@@ -54,46 +52,49 @@ fn copy(words: &mut [f32], from: usize, to: usize, len: usize) {
 }
 
 pub(super) fn read<O: Observer>(
-    machine: &mut Machine<'_, O>,
+    words: &mut [f32],
+    shared: &mut Shared<'_, O>,
     team: &Team,
     section: Section,
     i: Instruction,
     width: usize,
 ) {
     if let Some(start) = team.slot_start(section, usize::from(i.a), width) {
-        machine.observer.read(Place::Slot(section, i.a));
-        copy(machine.words, start + usize::from(i.b), usize::from(i.d), 1);
+        shared.observer.read(Place::Slot(section, i.a));
+        copy(words, start + usize::from(i.b), usize::from(i.d), 1);
     }
 }
 
 pub(super) fn read_whole<O: Observer>(
-    machine: &mut Machine<'_, O>,
+    words: &mut [f32],
+    shared: &mut Shared<'_, O>,
     team: &Team,
     section: Section,
     [d, slot]: [usize; 2],
     width: usize,
 ) {
     if let Some(start) = team.slot_start(section, slot, width) {
-        machine.observer.read(Place::Slot(section, slot as u16));
-        copy(machine.words, start, d, section.slot_words(width));
+        shared.observer.read(Place::Slot(section, slot as u16));
+        copy(words, start, d, section.slot_words(width));
     }
 }
 
 /// Overwrites each kept cell, with its probability, by the register of its column (thesis Equation 2.4.2).
 pub(super) fn write_indexed<O: Observer>(
     policy: &Policy<'_>,
-    machine: &mut Machine<'_, O>,
+    words: &mut [f32],
+    shared: &mut Shared<'_, O>,
     program: &Program,
 ) {
-    let write = machine.indexed.begin_write();
+    let write = shared.indexed.begin_write();
     let first = policy.cells_start();
     for (k, bytes) in policy.tables.cells.iter().enumerate() {
         let cell = u16::from_le_bytes(*bytes);
-        if machine.indexed.reaches(write, cell) {
-            machine.observer.write(Place::Cell(cell));
+        if shared.indexed.reaches(write, cell) {
+            shared.observer.write(Place::Cell(cell));
             let column = usize::from(cell) % REGISTERS;
             copy(
-                machine.words,
+                words,
                 usize::from(program.state_start) + column,
                 first + k,
                 1,

@@ -1,0 +1,226 @@
+//! What instructions and decisions cost, in CPU time, beside a calibrating loop of the same process.
+//!
+//! `cargo bench -p tpg-tests --bench interpreter [FILTER]` ends with a table of medians.
+
+use std::fs;
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::measurement::{Measurement, ValueFormatter, WallTime};
+use criterion::{BenchmarkId, Criterion, Throughput};
+use rustix::time::{ClockId, clock_gettime};
+use tpg_runtime::isa::Op;
+use tpg_runtime::{Agent, AnyWidth, HostAgent, Policy, Reset};
+use tpg_tests::shapes::{ARITHMETIC, GRAPH_INPUTS, TRANSCENDENTAL, scalar_graph, straight};
+use tpg_trainer::task::Rng;
+
+/// CPU time of the measuring thread: other processes on the machine disturb it less than wall time.
+struct CpuTime;
+
+impl Measurement for CpuTime {
+    type Intermediate = Duration;
+    type Value = Duration;
+
+    fn start(&self) -> Duration {
+        let now = clock_gettime(ClockId::ThreadCPUTime);
+        Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
+    }
+
+    fn end(&self, start: Duration) -> Duration {
+        self.start() - start
+    }
+
+    fn add(&self, a: &Duration, b: &Duration) -> Duration {
+        *a + *b
+    }
+
+    fn zero(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    fn to_f64(&self, value: &Duration) -> f64 {
+        value.as_nanos() as f64
+    }
+
+    fn formatter(&self) -> &dyn ValueFormatter {
+        WallTime.formatter()
+    }
+}
+
+/// A row of the final table: what ran, and how many units of work one iteration holds.
+struct Row {
+    group: &'static str,
+    name: String,
+    units: f64,
+}
+
+struct Bench {
+    criterion: Criterion<CpuTime>,
+    rows: Vec<Row>,
+}
+
+impl Bench {
+    fn run(&mut self, group: &'static str, name: &str, units: f64, mut iteration: impl FnMut()) {
+        let mut measured = self.criterion.benchmark_group(group);
+        measured.throughput(Throughput::Elements(units.round() as u64));
+        measured.bench_function(BenchmarkId::from_parameter(name), |b| {
+            b.iter(&mut iteration);
+        });
+        measured.finish();
+        self.rows.push(Row {
+            group,
+            name: name.to_owned(),
+            units,
+        });
+    }
+
+    /// One program of many instructions of a class; the unit is one instruction.
+    fn class<const W: usize>(&mut self, name: &str, mix: &[Op], len: usize) {
+        let bytes = straight(mix, W as u16, len).encode();
+        let policy = Policy::load(&bytes).expect("a well-formed policy");
+        let mut agent: Box<Agent<'_, tpg_runtime::Fixed<W>, 4096, 4, 4, 4>> =
+            Box::new(Agent::new(policy).expect("room"));
+        let observation = [0.5; W];
+        self.run("instruction", &format!("{name} W={W}"), len as f64, || {
+            black_box(agent.decide(black_box(&observation)).is_ok());
+        });
+    }
+
+    /// Decisions of a graph over a drifting observation; the unit is one decision.
+    fn graph(&mut self, name: &str, mix: &[Op], teams: u16, stateful: bool) {
+        let observations = drifting_observations();
+        let (bytes, mean) = typical(mix, teams, stateful, &observations);
+        let policy = Policy::load(&bytes).expect("a well-formed policy");
+        let mut agent: Box<HostAgent<'_>> = Box::new(Agent::new(policy).expect("room"));
+        let mut all = observations.iter().cycle();
+        let name = format!("{name}, {teams} teams, {mean:.0} instructions");
+        self.run("decision", &name, 1.0, || {
+            let observation = all.next().expect("it cycles");
+            black_box(agent.decide(black_box(observation)).is_ok());
+        });
+    }
+}
+
+fn drifting_observations() -> Vec<[f32; GRAPH_INPUTS]> {
+    let mut random = Rng::new(4242);
+    let mut x = [0.0f32; GRAPH_INPUTS];
+    let mut next = || {
+        for value in &mut x {
+            *value = (*value + random.uniform(-0.1, 0.1) as f32) * 0.99;
+        }
+        x
+    };
+    (0..1024).map(|_| next()).collect()
+}
+
+/// The first seed whose decisions are like those of GEGELATI's champion where there are nine teams: about three teams
+/// and twelve programs, both actions used. Returns the policy and the mean of its executed instructions.
+fn typical(
+    mix: &[Op],
+    teams: u16,
+    stateful: bool,
+    observations: &[[f32; GRAPH_INPUTS]],
+) -> (Vec<u8>, f64) {
+    for seed in 1.. {
+        let bytes = scalar_graph(mix, teams, seed, stateful).encode();
+        let policy = Policy::load(&bytes).expect("a well-formed policy");
+        let mut agent: Agent<'_, AnyWidth, 2048, 256, 64, 4> = Agent::new(policy).expect("room");
+        agent.reset(Reset::Agent, 1);
+        let (mut visited, mut instructions, mut second) = (0.0, 0.0, 0);
+        for observation in observations {
+            let decision = agent.decide(observation).expect("the right length");
+            visited += f64::from(decision.teams);
+            instructions += f64::from(decision.instructions);
+            second += usize::from(decision.action == tpg_runtime::Action::Discrete(1));
+        }
+        let n = observations.len() as f64;
+        let alike = (2.8..3.3).contains(&(visited / n))
+            && (215.0..245.0).contains(&(instructions / n))
+            && (100..924).contains(&second);
+        if alike || teams != 9 {
+            return (bytes, instructions / n);
+        }
+    }
+    unreachable!("some seed fits")
+}
+
+fn classes<const W: usize>(bench: &mut Bench) {
+    use Op::*;
+    bench.class::<W>("scalar arithmetic", ARITHMETIC, 600);
+    bench.class::<W>("add", &[Add], 600);
+    bench.class::<W>("vector arithmetic", &[VAdd, VSub, VMul, VMin, VMax], 200);
+    bench.class::<W>("vector division", &[VDiv], 200);
+    bench.class::<W>("inner product", &[Dot], 200);
+    bench.class::<W>("matrix arithmetic", &[MAdd, MSub, MMul, MMin, MMax], 100);
+    bench.class::<W>("matrix x vector", &[MatVec], 100);
+    bench.class::<W>("matrix x matrix", &[MatMul], 50);
+    bench.class::<W>("transpose", &[Transpose], 100);
+    bench.class::<W>("outer product", &[Outer], 100);
+    bench.class::<W>("row standard deviation", &[RowStd], 100);
+    bench.class::<W>("column norm", &[ColumnNorm], 100);
+}
+
+fn main() {
+    let mut bench = Bench {
+        criterion: Criterion::default()
+            .with_measurement(CpuTime)
+            .warm_up_time(Duration::from_millis(200))
+            .measurement_time(Duration::from_millis(600))
+            .configure_from_args(),
+        rows: Vec::new(),
+    };
+    bench.run("calibration", "1000 dependent additions", 1000.0, || {
+        let mut sum = black_box(0.0f32);
+        let step = black_box(0.25f32);
+        for _ in 0..1000 {
+            sum += step;
+        }
+        black_box(sum);
+    });
+    classes::<11>(&mut bench);
+    classes::<17>(&mut bench);
+    for (name, mix) in [
+        ("arithmetic", ARITHMETIC),
+        ("3 in 8 transcendental", TRANSCENDENTAL),
+    ] {
+        bench.graph(&format!("stateless {name}"), mix, 9, false);
+        bench.graph(&format!("stateful {name}"), mix, 9, true);
+    }
+    for teams in [1, 3, 27, 50] {
+        bench.graph("stateless arithmetic", ARITHMETIC, teams, false);
+    }
+    bench.criterion.final_summary();
+    table(&bench.rows);
+}
+
+/// Prints the medians that criterion has just stored, for the rows that ran.
+fn table(rows: &[Row]) {
+    let mut calibration = f64::NAN;
+    println!("| what | median ns | of one dependent addition |\n|---|---|---|");
+    for row in rows {
+        let folder = format!("{}/{}", row.group, row.name.replace('/', "_"));
+        let Some(median) = stored_median(&folder) else {
+            continue;
+        };
+        let each = median / row.units;
+        if row.group == "calibration" {
+            calibration = each;
+        }
+        println!(
+            "| {}: {} | {each:.2} | x{:.2} |",
+            row.group,
+            row.name,
+            each / calibration
+        );
+    }
+}
+
+fn stored_median(folder: &str) -> Option<f64> {
+    let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".into());
+    let root = [target.clone(), format!("../{target}")];
+    let text = root.iter().find_map(|root| {
+        fs::read_to_string(format!("{root}/criterion/{folder}/new/estimates.json")).ok()
+    })?;
+    let estimates: serde_json::Value = serde_json::from_str(&text).ok()?;
+    estimates.get("median")?.get("point_estimate")?.as_f64()
+}

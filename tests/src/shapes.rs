@@ -1,0 +1,167 @@
+//! Policies of a given shape, for benchmarks: seeded, so that a shape is the same policy everywhere.
+
+use tpg_runtime::Header;
+use tpg_runtime::blob::MemoryModel;
+use tpg_runtime::isa::{Destination, Op, Operand};
+use tpg_runtime::tables::{Instruction, Target, TeamId};
+use tpg_trainer::task::Rng;
+
+use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
+
+/// Scalar arithmetic without calls into libm.
+pub const ARITHMETIC: &[Op] = &[Op::Add, Op::Sub, Op::Mul, Op::Div, Op::Min, Op::Max];
+/// Three transcendental functions among eight operations, as in the instruction sets that scalar TPG systems use.
+pub const TRANSCENDENTAL: &[Op] = &[
+    Op::Add,
+    Op::Sub,
+    Op::Mul,
+    Op::Div,
+    Op::Cond,
+    Op::Cos,
+    Op::Log,
+    Op::Exp,
+];
+
+/// Length of the observation of [`scalar_graph`].
+pub const GRAPH_INPUTS: usize = 4;
+
+/// A scalar policy of `teams` teams of four programs (the last has three), 17 to 23 instructions each, all effective.
+///
+/// Nine teams are the shape of the champion that GEGELATI publishes figures for: 34 programs.
+#[must_use]
+pub fn scalar_graph(mix: &[Op], teams: u16, seed: u64, stateful: bool) -> Draft {
+    let mut random = Rng::new(seed);
+    let mut head = header(GRAPH_INPUTS as u16, GRAPH_INPUTS as u16);
+    if stateful {
+        make_stateful(&mut head, MemoryModel::None);
+    }
+    let mut draft = blank(head);
+    for team in 0..teams {
+        let size = if team + 1 < teams { 4 } else { 3 };
+        let mut members = Vec::new();
+        for member in 0..size {
+            let leaves = member + 1 == size || random.below(10) < 3 || teams == 1;
+            let target = if leaves {
+                Target::Atomic(random.below(2) as u16)
+            } else {
+                let other = 1 + random.below(u64::from(teams) - 1) as u16;
+                Target::Team(TeamId((team + other) % teams))
+            };
+            members.push(draft.programs.len() as u16);
+            draft.programs.push(DraftProgram {
+                registers: [8, 0, 0],
+                constants: (0..8).map(|_| random.uniform(-1.0, 1.0) as f32).collect(),
+                code: Vec::new(),
+                target,
+                output: None,
+            });
+            let len = 17 + random.below(7);
+            let number = draft.programs.len() - 1;
+            draft.programs[number].code = effective(&draft, number, mix, len, &mut random);
+        }
+        draft.teams.push(DraftTeam {
+            members,
+            ..DraftTeam::default()
+        });
+    }
+    draft
+}
+
+/// One program of `len` instructions that take the operations of `mix` in turn, over all its registers.
+#[must_use]
+pub fn straight(mix: &[Op], width: u16, len: usize) -> Draft {
+    let mut random = Rng::new(7);
+    let mut draft = blank(header(width, width));
+    let words = 8 + 8 * usize::from(width) + 8 * usize::from(width).pow(2);
+    draft.programs.push(DraftProgram {
+        registers: [8, 8, 8],
+        constants: (0..words)
+            .map(|_| random.uniform(-1.0, 1.0) as f32)
+            .collect(),
+        code: Vec::new(),
+        target: Target::Atomic(0),
+        output: None,
+    });
+    draft.teams.push(DraftTeam {
+        members: vec![0],
+        ..DraftTeam::default()
+    });
+    let code = (0..len).map(|k| {
+        let op = mix[k % mix.len()];
+        let [a, b] = op.operands();
+        let d = place(&draft, destination(op), random.below(4) as usize);
+        // Sources are not destinations: what is measured is throughput, not one chain.
+        let mut source = |kind| place(&draft, kind, 4 + random.below(4) as usize);
+        instruction(op, d, source(a), source(b))
+    });
+    draft.programs[0].code = code.collect();
+    draft
+}
+
+fn blank(header: Header) -> Draft {
+    Draft {
+        header,
+        teams: Vec::new(),
+        programs: Vec::new(),
+        cells: Vec::new(),
+        image: Vec::new(),
+    }
+}
+
+fn destination(op: Op) -> Operand {
+    match op.destination() {
+        Destination::None => Operand::None,
+        Destination::S | Destination::SUpdate => Operand::S,
+        Destination::V => Operand::V,
+        Destination::M => Operand::M,
+    }
+}
+
+fn place(draft: &Draft, kind: Operand, register: usize) -> u16 {
+    match kind {
+        Operand::S | Operand::SOrVElement => draft.scalar(0, register),
+        Operand::V | Operand::VElement => draft.vector(0, register),
+        Operand::M | Operand::MElement => draft.matrix(0, register),
+        _ => 0,
+    }
+}
+
+/// Draws code backwards from the bid, so that every instruction matters to it.
+fn effective(
+    draft: &Draft,
+    program: usize,
+    mix: &[Op],
+    len: u64,
+    random: &mut Rng,
+) -> Vec<Instruction> {
+    let mut live = 1u32;
+    let mut code = Vec::new();
+    while code.len() < len as usize {
+        let d = random.below(8);
+        let op = mix[random.below(mix.len() as u64) as usize];
+        if live >> d & 1 == 0 {
+            continue;
+        }
+        let mut needed = if op == Op::Cond {
+            live
+        } else {
+            live & !(1 << d)
+        };
+        let mut source = |kind| match kind {
+            Operand::None => 0,
+            _ if random.below(10) < 3 => random.below(GRAPH_INPUTS as u64) as u16,
+            _ => {
+                let register = random.below(8);
+                needed |= 1 << register;
+                draft.scalar(program, register as usize)
+            }
+        };
+        let [a, b] = op.operands().map(&mut source);
+        if needed != 0 {
+            live = needed;
+            code.push(instruction(op, draft.scalar(program, d as usize), a, b));
+        }
+    }
+    code.reverse();
+    code
+}
