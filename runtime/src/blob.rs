@@ -17,7 +17,12 @@ pub const VERSION: u16 = 1;
 /// Bytes of the checksum at the end.
 const CRC_BYTES: usize = 4;
 /// CRC-32 (IEEE 802.3) over header and body, without a table to save flash.
+#[cfg(not(feature = "fast-checksum"))]
 const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+/// The same by a table.
+#[cfg(feature = "fast-checksum")]
+static CRC: crc::Crc<u32, crc::Table<16>> =
+    crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
 /// The body as postcard sees it: byte strings of fixed-width records.
 #[derive(serde::Serialize, serde::Deserialize)]

@@ -16,6 +16,7 @@
 //! | feature | effect | default |
 //! |---|---|---|
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
+//! | `fast-checksum` | checks a blob about twenty times faster, by a table of 16 KiB; results stay the same | off |
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(

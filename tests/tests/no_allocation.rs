@@ -1,9 +1,11 @@
-//! After its first episode no task allocates: not when it is reset, observed or stepped.
+//! After its first episode no task allocates: not when it is reset, observed or stepped. Nor does an agent in it.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use tpg_runtime::Action;
+use tpg_runtime::{Action, HostAgent, Policy, Reset};
+use tpg_trainer::config::{Blueprint, Preset, resolve};
+use tpg_trainer::session::Session;
 use tpg_trainer::task::{ActionSpace, Rng, Task, create, names};
 
 thread_local! {
@@ -55,6 +57,34 @@ fn no_task_allocates_after_its_first_episode() {
         episode(&mut *task, &mut observation, 1);
         let before = ALLOCATIONS.get();
         episode(&mut *task, &mut observation, 2);
+        assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
+    }
+}
+
+/// The whole loop of an episode: task, wrappers and the agent's decisions.
+#[test]
+fn no_episode_of_an_agent_allocates() {
+    let robots = ["hopper-sr-sm-b23", "half-cheetah-sr-mm"];
+    let native = ["cartpole-sr-sm-whole-b13", "pendulum-per-episode"];
+    let robots = robots.iter().filter(|_| cfg!(feature = "mujoco"));
+    for name in native.iter().chain(robots) {
+        let preset = Preset::find(name).expect("a preset");
+        let sets = ["evolution.population=12", "evaluation.episodes=1"].map(str::to_owned);
+        let config = resolve(&preset, None, &sets).expect("known keys");
+        let blueprint = Blueprint::new(&config).expect("a sound configuration");
+        let mut session = Session::new(config, 3).expect("the same");
+        let mut pool = session.pool(1).expect("the task");
+        session
+            .advance(&mut pool)
+            .expect("teams that can be scored");
+        let blob = session.export_champion().expect("a champion");
+        let policy = Policy::load(&blob).expect("a sound policy");
+        let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
+        let mut arena = blueprint.arena().expect("the task");
+        let mut episode = |seed| arena.episode(&mut *agent, Reset::Episode, seed);
+        episode(1).expect("the right observation");
+        let before = ALLOCATIONS.get();
+        episode(2).expect("the right observation");
         assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
     }
 }

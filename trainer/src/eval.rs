@@ -10,6 +10,6 @@ mod seeds;
 pub use baseline::{ConstantController, RandomController};
 pub use disturb::Disturbed;
 pub use disturbance::{Direction, DisturbError, Disturbance, Effect, MAX_DELAY};
-pub use pool::{Pool, Split};
+pub use pool::{Line, Pool, Spent, Split};
 pub use rollout::{Arena, Controller, Episode, EvaluationError, Reply, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};

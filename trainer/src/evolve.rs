@@ -10,7 +10,7 @@ pub use genome::{Action, Genes, Instruction, Program, ProgramId, Shape, Source, 
 pub use params::{ConstantParams, EvolutionParams, ProgramParams, SizeRange, TeamParams};
 pub use population::Population;
 pub use select::{rank, select};
-pub use vary::Variation;
+pub use vary::{Child, Variation};
 
 #[cfg(test)]
 pub(crate) mod tests {

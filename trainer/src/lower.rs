@@ -24,7 +24,7 @@ mod tests {
     use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
     use super::*;
-    use crate::evolve::{Genes, Population, Shape, TeamId, Variation, select};
+    use crate::evolve::{Child, Genes, Population, Shape, TeamId, Variation, select};
     use crate::task::{ActionSpace, Rng};
 
     struct Case {
@@ -169,7 +169,7 @@ mod tests {
                 params: &params,
                 scores: &scores,
             };
-            for child in variation.children(&mut population, &mut rng) {
+            for Child { team: child, .. } in variation.children(&mut population, &mut rng) {
                 // Larger graphs score higher, so that there is something to compare.
                 let size = population.reachable(child).len() as f64;
                 scores.push((child, size + rng.uniform(0.0, 1.0)));

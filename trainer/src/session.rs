@@ -7,6 +7,7 @@ mod report;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Policy;
@@ -14,12 +15,14 @@ use tpg_runtime::blob::ResetScope;
 use tpg_runtime::rng::mix64;
 
 use crate::config::{Blueprint, Config, ConfigError};
-use crate::eval::{Domain, Episode, Pool, Split, episode_seed};
-use crate::evolve::{Population, TeamId, Variation, rank, select};
+use crate::eval::{Domain, Episode, Line, Pool, Split, episode_seed};
+use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
 use crate::lower::{LowerError, Mode, lower};
 use crate::task::Rng;
 
-pub use checkpoint::{CheckpointError, load, save};
+use provenance::Provenance;
+
+pub use checkpoint::{CheckpointError, Snapshot, load};
 pub use report::{GenerationReport, LOG_COLUMNS};
 
 /// Marks the random stream of evolution among those that derive from a run's seed.
@@ -61,12 +64,43 @@ pub struct Record {
     pub instructions_mean: f64,
     /// Shared memory as it stood when the scoring began, where memory outlives agents.
     pub memory: Option<Arc<[f32]>>,
+    /// Steps of its mean training episode, by which the length of its children's is guessed; 0 after a resume.
+    #[serde(skip)]
+    pub steps_mean: f64,
+}
+
+/// Time that the parts of a run took outside of scoring, which [`Pool::spent`] tells.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Overhead {
+    /// Making new teams.
+    pub variation: Duration,
+    /// Choosing survivors and collecting what nothing reaches any more.
+    pub selection: Duration,
+    /// Finding and exporting the champion, and summing up.
+    pub report: Duration,
+}
+
+impl Overhead {
+    /// All of it.
+    #[must_use]
+    pub fn total(&self) -> Duration {
+        self.variation + self.selection + self.report
+    }
+}
+
+/// The champion's blob, kept for as long as it is the champion.
+struct Exported {
+    root: TeamId,
+    blob: Vec<u8>,
+    /// Teams, programs, instructions.
+    sizes: (u16, u16, u32),
 }
 
 /// A training run between two generations.
 pub struct Session {
     config: Config,
     blueprint: Blueprint,
+    provenance: Provenance,
     seed: u64,
     generation: u64,
     steps: u64,
@@ -75,6 +109,8 @@ pub struct Session {
     records: BTreeMap<TeamId, Record>,
     /// The population's memory, for scopes in which it outlives agents; `None` until something is in it.
     memory: Option<Arc<[f32]>>,
+    exported: Option<Exported>,
+    overhead: Overhead,
 }
 
 /// Why a run could not go on.
@@ -105,6 +141,7 @@ impl Session {
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
         let blueprint = Blueprint::new(&config)?;
         Ok(Session {
+            provenance: Provenance::new(&config, &blueprint.task_identity, seed),
             config,
             blueprint,
             seed,
@@ -114,6 +151,23 @@ impl Session {
             population: Population::default(),
             records: BTreeMap::new(),
             memory: None,
+            exported: None,
+            overhead: Overhead::default(),
+        })
+    }
+
+    /// Begins a run whose first generation is not random but this one, such as a fixture to measure with.
+    ///
+    /// # Errors
+    /// [`SessionError::Config`].
+    pub fn with_population(
+        config: Config,
+        seed: u64,
+        population: Population,
+    ) -> Result<Self, SessionError> {
+        Ok(Session {
+            population,
+            ..Session::new(config, seed)?
         })
     }
 
@@ -147,6 +201,12 @@ impl Session {
         self.seconds
     }
 
+    /// What this process has spent on the run outside of scoring.
+    #[must_use]
+    pub const fn overhead(&self) -> &Overhead {
+        &self.overhead
+    }
+
     /// Arenas for a number of threads.
     ///
     /// # Errors
@@ -161,41 +221,63 @@ impl Session {
     /// # Errors
     /// [`SessionError`] where no individual could be scored.
     pub fn advance(&mut self, pool: &mut Pool) -> Result<GenerationReport, SessionError> {
-        let started = std::time::Instant::now();
+        let started = Instant::now();
         let newcomers = self.make_generation();
+        self.overhead.variation += started.elapsed();
         let tally = self.score(pool, &newcomers);
-        let mut scores: Vec<(TeamId, f64)> =
-            self.records.iter().map(|(id, r)| (*id, r.score)).collect();
+        let scored = Instant::now();
+        let mut scores = self.scores();
         let keep = self.blueprint.params.population as usize;
         select(&mut self.population, &mut scores, keep);
-        let kept: BTreeMap<TeamId, f64> = scores.into_iter().collect();
-        self.records.retain(|id, _| kept.contains_key(id));
+        let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
+        self.records.retain(|id, _| survives(id));
+        self.overhead.selection += scored.elapsed();
         self.generation += 1;
         self.steps += tally.steps;
         self.seconds += started.elapsed().as_secs_f64();
-        self.report(&tally)
+        let selected = Instant::now();
+        let report = self.report(&tally);
+        self.overhead.report += selected.elapsed();
+        report
+    }
+
+    /// Every scored root with its score, oldest first.
+    fn scores(&self) -> Vec<(TeamId, f64)> {
+        self.records.iter().map(|(id, r)| (*id, r.score)).collect()
     }
 
     /// The new roots of this generation: random ones at first, children later.
-    fn make_generation(&mut self) -> Vec<TeamId> {
+    fn make_generation(&mut self) -> Vec<Newcomer> {
         let mut rng = Rng::new(mix64(&[self.seed, self.generation, EVOLUTION_STREAM]));
         let (genes, params) = (&self.blueprint.genes, &self.blueprint.params);
         if self.generation == 0 {
-            self.population = Population::random(genes, params, &mut rng);
-            return self.population.roots.clone();
+            if self.population.roots.is_empty() {
+                self.population = Population::random(genes, params, &mut rng);
+            }
+            let newcomer = |root: &TeamId| Newcomer {
+                root: *root,
+                expected: 0.0,
+            };
+            return self.population.roots.iter().map(newcomer).collect();
         }
-        let scores: Vec<(TeamId, f64)> =
-            self.records.iter().map(|(id, r)| (*id, r.score)).collect();
         let variation = Variation {
             genes,
             params,
-            scores: &scores,
+            scores: &self.scores(),
         };
-        variation.children(&mut self.population, &mut rng)
+        let children = variation.children(&mut self.population, &mut rng);
+        let newcomer = |child: &Child| Newcomer {
+            root: child.team,
+            expected: self
+                .records
+                .get(&child.parent)
+                .map_or(0.0, |r| r.steps_mean),
+        };
+        children.iter().map(newcomer).collect()
     }
 
     /// Scores new roots on the very bytes that would be exported, and records them.
-    fn score(&mut self, pool: &mut Pool, newcomers: &[TeamId]) -> Tally {
+    fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer]) -> Tally {
         let episodes = u64::from(self.blueprint.episodes);
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
@@ -217,28 +299,26 @@ impl Session {
     fn score_apart(
         &mut self,
         pool: &mut Pool,
-        newcomers: &[TeamId],
+        newcomers: &[Newcomer],
         seeds: &[u64],
         split: Split,
     ) -> Tally {
-        let blobs: Vec<Option<Vec<u8>>> = newcomers
-            .iter()
-            .map(|root| {
-                self.export(*root, self.generation, None, Mode::Compact)
-                    .ok()
-            })
-            .collect();
-        let policies: Vec<Option<Policy<'_>>> = blobs
-            .iter()
-            .map(|blob| Policy::load(blob.as_deref()?).ok())
-            .collect();
-        let scorable: Vec<Policy<'_>> = policies.iter().flatten().copied().collect();
-        let mut results = pool.score(&scorable, seeds, split).into_iter();
+        let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
+        let make = |k: usize| {
+            let root = newcomers[k].root;
+            let blob = self.export(root, self.generation, None, Mode::Compact);
+            blob.ok()
+        };
+        let results = pool.score(&Line {
+            expected: &expected,
+            make: &make,
+            episode_seeds: seeds,
+            split,
+        });
         let mut tally = Tally::default();
-        for (root, policy) in newcomers.iter().zip(&policies) {
-            let result = policy.and_then(|_| results.next()?.ok());
-            let record = tally.add(result.as_deref(), self.generation, None);
-            self.records.insert(*root, record);
+        for (newcomer, episodes) in newcomers.iter().zip(results) {
+            let record = tally.add(episodes.as_deref(), self.generation, None);
+            self.records.insert(newcomer.root, record);
         }
         tally
     }
@@ -246,9 +326,9 @@ impl Session {
     /// Scores roots one after another, oldest first: each finds the memory that the one before left.
     ///
     /// The thesis's pool interleaved its processes at random; a fixed order makes runs repeatable.
-    fn score_in_turn(&mut self, pool: &mut Pool, newcomers: &[TeamId], seeds: &[u64]) -> Tally {
+    fn score_in_turn(&mut self, pool: &mut Pool, newcomers: &[Newcomer], seeds: &[u64]) -> Tally {
         let mut tally = Tally::default();
-        for root in newcomers {
+        for Newcomer { root, .. } in newcomers {
             let found = self.memory.clone();
             let blob = self
                 .export(*root, self.generation, found.as_deref(), Mode::Compact)
@@ -273,10 +353,8 @@ impl Session {
         memory: Option<&[f32]>,
         mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
-        let blueprint = &self.blueprint;
-        let identity = &blueprint.task_identity;
-        let provenance = provenance::hash(&self.config, identity, self.seed, generation);
-        let contract = &blueprint.contract;
+        let contract = &self.blueprint.contract;
+        let provenance = self.provenance.of(generation);
         lower(&self.population, root, contract, provenance, memory, mode)
     }
 
@@ -292,7 +370,10 @@ impl Session {
     /// # Errors
     /// [`SessionError::NothingScored`] before the first generation or if nothing could be scored.
     pub fn export_champion(&self) -> Result<Vec<u8>, SessionError> {
-        self.lower_champion(Mode::Compact)
+        match (&self.exported, self.champion()) {
+            (Some(exported), Some((root, _))) if exported.root == root => Ok(exported.blob.clone()),
+            _ => self.lower_champion(Mode::Compact),
+        }
     }
 
     /// The champion's blob in either mode of lowering; both decide alike.
@@ -310,9 +391,17 @@ impl Session {
         }
     }
 
-    fn report(&self, tally: &Tally) -> Result<GenerationReport, SessionError> {
-        let blob = self.export_champion()?;
-        let Some((champion, record)) = self.champion() else {
+    fn report(&mut self, tally: &Tally) -> Result<GenerationReport, SessionError> {
+        let root = self.champion().map(|(root, _)| root);
+        if let Some(root) = root.filter(|r| self.exported.as_ref().is_none_or(|e| e.root != *r)) {
+            let blob = self.lower_champion(Mode::Compact)?;
+            let sizes = Policy::load(&blob).map_or((0, 0, 0), |policy| {
+                let header = policy.header();
+                (header.teams, header.programs, policy.bounds().instructions)
+            });
+            self.exported = Some(Exported { root, blob, sizes });
+        }
+        let (Some((champion, record)), Some(exported)) = (self.champion(), &self.exported) else {
             return Err(SessionError::NothingScored {
                 generation: self.generation,
             });
@@ -323,14 +412,7 @@ impl Session {
             .map(|r| r.score)
             .filter(|s| s.is_finite())
             .collect();
-        let (champion_teams, champion_programs, champion_instructions) = match Policy::load(&blob) {
-            Ok(policy) => (
-                policy.header().teams,
-                policy.header().programs,
-                policy.bounds().instructions,
-            ),
-            Err(_) => (0, 0, 0),
-        };
+        let (champion_teams, champion_programs, champion_instructions) = exported.sizes;
         Ok(GenerationReport {
             generation: self.generation,
             steps: self.steps,
@@ -348,6 +430,13 @@ impl Session {
             seconds: self.seconds,
         })
     }
+}
+
+/// A root that is to be scored.
+struct Newcomer {
+    root: TeamId,
+    /// Steps that an episode of it may be expected to take: its parent's mean.
+    expected: f64,
 }
 
 /// What scoring a generation came to.
@@ -383,6 +472,7 @@ impl Tally {
             },
             instructions_mean: instructions as f64 / steps.max(1) as f64,
             memory,
+            steps_mean: steps as f64 / episodes.len().max(1) as f64,
         }
     }
 }

@@ -11,14 +11,17 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
 use super::{Failure, Fault as _};
-use crate::session::{self, Budget, GenerationReport, LOG_COLUMNS, Session};
+use crate::session::{
+    self, Budget, CheckpointError, GenerationReport, LOG_COLUMNS, Session, Snapshot,
+};
 
-/// A checkpoint is written at the end, and in between not more often than this: it can take a second.
+/// A checkpoint is written at the end, and in between not more often than this, beside the training that goes on.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
 
 /// What is known of a run beside its configuration.
@@ -44,6 +47,8 @@ pub(super) struct RunFolder {
     log: csv::Writer<File>,
     last_champion: Option<u64>,
     last_checkpoint: Instant,
+    /// The thread that writes the last checkpoint, until it is known that it could.
+    writer: Option<JoinHandle<Result<(), CheckpointError>>>,
 }
 
 impl RunFolder {
@@ -86,6 +91,7 @@ impl RunFolder {
             log,
             last_champion: None,
             last_checkpoint: Instant::now(),
+            writer: None,
         })
     }
 
@@ -111,6 +117,7 @@ impl RunFolder {
                 .from_writer(file),
             last_champion: session.champion().map(|(id, _)| id.0),
             last_checkpoint: Instant::now(),
+            writer: None,
         };
         Ok((folder, session, run.budget))
     }
@@ -141,18 +148,30 @@ impl RunFolder {
             self.last_champion = Some(report.champion);
         }
         if self.last_checkpoint.elapsed() >= CHECKPOINT_EVERY {
-            session::save(session, &self.path.join("checkpoint"))?;
+            self.join_writer()?;
+            let (snapshot, path) = (Snapshot::new(session), self.path.join("checkpoint"));
+            self.writer = Some(std::thread::spawn(move || snapshot.save(&path)));
             self.last_checkpoint = Instant::now();
         }
         Ok(())
     }
 
+    /// Waits for the checkpoint that is being written, if there is one.
+    fn join_writer(&mut self) -> Result<(), Failure> {
+        match self.writer.take().map(JoinHandle::join) {
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            Some(Ok(written)) => Ok(written?),
+            None => Ok(()),
+        }
+    }
+
     /// Writes the final checkpoint.
     pub(super) fn finish(&mut self, session: &Session) -> Result<(), Failure> {
+        self.join_writer()?;
         if session.generation() > 0 {
             write_whole(&self.champion(), &session.export_champion()?)?;
         }
-        Ok(session::save(session, &self.path.join("checkpoint"))?)
+        Ok(Snapshot::new(session).save(&self.path.join("checkpoint"))?)
     }
 }
 

@@ -1,6 +1,8 @@
 //! Scoring many policies at once, the same for any number of threads.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use tpg_runtime::{CapacityError, HostAgent, Policy, Reset};
 
@@ -15,9 +17,40 @@ pub enum Split {
     Agents,
 }
 
+/// Policies whose episodes are split, at the end of the line, for each thread: enough to fill every thread to the end,
+/// and so few that hardly any policy is loaded twice.
+const SPLIT_AT_THE_END: usize = 4;
+
 /// One arena for each thread.
 pub struct Pool {
     arenas: Vec<Arena>,
+    spent: Spent,
+}
+
+/// Time that threads spent, summed over them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Making the bytes of policies.
+    pub lowering: Duration,
+    /// Decoding and checking them, and putting them into agents.
+    pub loading: Duration,
+    /// Episodes: tasks, wrappers and decisions.
+    pub episodes: Duration,
+    /// Nothing: the line was empty, and other threads were still at work.
+    pub idle: Duration,
+}
+
+/// What is to be scored.
+pub struct Line<'a> {
+    /// For each policy, how long an episode of it may be expected to last, in any unit. The longest go first; the
+    /// results do not depend on it.
+    pub expected: &'a [f64],
+    /// Makes the bytes of a policy by its number; `None` if it has none. Called once for each, by any thread.
+    pub make: &'a (dyn Fn(usize) -> Option<Vec<u8>> + Sync),
+    /// The episodes of every policy.
+    pub episode_seeds: &'a [u64],
+    /// How far these may be split.
+    pub split: Split,
 }
 
 /// One piece of work: episodes of one policy, in order, from a given one on.
@@ -31,82 +64,66 @@ impl Pool {
     /// A pool of as many threads as there are arenas, at least one.
     #[must_use]
     pub fn new(arenas: Vec<Arena>) -> Self {
-        Pool { arenas }
+        Pool {
+            arenas,
+            spent: Spent::default(),
+        }
+    }
+
+    /// What scoring has cost so far.
+    #[must_use]
+    pub const fn spent(&self) -> Spent {
+        self.spent
     }
 
     /// Runs every policy on every seed; the result holds each policy's episodes in order.
     ///
-    /// A policy that is too large for a host's agent comes back as its [`CapacityError`].
-    pub fn score(
-        &mut self,
-        policies: &[Policy<'_>],
-        episode_seeds: &[u64],
-        split: Split,
-    ) -> Vec<Result<Vec<Episode>, CapacityError>> {
-        let per_job = match split {
-            Split::Episodes => 1,
-            Split::Agents => episode_seeds.len(),
-        };
-        let jobs: Vec<Job> = (0..policies.len())
-            .flat_map(|policy| {
-                let starts = (0..episode_seeds.len()).step_by(per_job.max(1));
-                starts.map(move |first_episode| Job {
-                    policy,
-                    first_episode,
-                    episodes: per_job,
-                })
-            })
-            .collect();
+    /// A policy without bytes, or one that is not sound or too large for a host's agent, comes back as `None`.
+    pub fn score(&mut self, line: &Line<'_>) -> Vec<Option<Vec<Episode>>> {
+        let jobs = jobs(line, self.arenas.len());
         let next = AtomicUsize::new(0);
+        let blobs: Vec<OnceLock<Option<Vec<u8>>>> = vec![OnceLock::new(); line.expected.len()];
+        let started = Instant::now();
         let work = |arena: &mut Arena| {
+            let mut worker = Worker::default();
             let mut done = Vec::new();
-            let mut agent: Option<Box<HostAgent<'_>>> = None;
-            let mut loaded = None;
-            while let Some(k) =
-                Some(next.fetch_add(1, Ordering::Relaxed)).filter(|k| *k < jobs.len())
-            {
-                let job = &jobs[k];
-                if loaded != Some(job.policy) {
-                    if let Err(e) = load(&mut agent, policies[job.policy]) {
-                        done.push((k, Err(e)));
-                        continue;
-                    }
-                    loaded = Some(job.policy);
-                }
-                let Some(agent) = agent.as_deref_mut() else {
-                    continue;
-                };
-                let seeds = &episode_seeds[job.first_episode..job.first_episode + job.episodes];
-                done.push((k, Ok(run(arena, agent, seeds))));
+            while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                done.push((job, worker.score(job, &blobs, line, arena)));
             }
-            done
+            (done, worker.spent, started.elapsed())
         };
-        let mut results: Vec<(usize, Result<Vec<Episode>, CapacityError>)> =
-            match self.arenas.as_mut_slice() {
-                [only] => work(only),
-                arenas => std::thread::scope(|scope| {
-                    let workers: Vec<_> = arenas
-                        .iter_mut()
-                        .map(|arena| scope.spawn(|| work(arena)))
-                        .collect();
-                    workers
-                        .into_iter()
-                        .flat_map(|worker| match worker.join() {
-                            Ok(done) => done,
-                            Err(panic) => std::panic::resume_unwind(panic),
-                        })
-                        .collect()
-                }),
-            };
-        results.sort_by_key(|(k, _)| *k);
-        let mut scored: Vec<Result<Vec<Episode>, CapacityError>> =
-            policies.iter().map(|_| Ok(Vec::new())).collect();
-        for (k, result) in results {
-            let place = &mut scored[jobs[k].policy];
-            match (place.as_mut(), result) {
-                (Ok(episodes), Ok(more)) => episodes.extend(more),
-                (_, Err(e)) => *place = Err(e),
-                (Err(_), Ok(_)) => {}
+        let results = match self.arenas.as_mut_slice() {
+            [only] => vec![work(only)],
+            arenas => std::thread::scope(|scope| {
+                let workers: Vec<_> = arenas
+                    .iter_mut()
+                    .map(|arena| scope.spawn(|| work(arena)))
+                    .collect();
+                workers
+                    .into_iter()
+                    .map(|worker| match worker.join() {
+                        Ok(done) => done,
+                        Err(panic) => std::panic::resume_unwind(panic),
+                    })
+                    .collect()
+            }),
+        };
+        let ended = started.elapsed();
+        let mut parts = Vec::with_capacity(jobs.len());
+        for (done, spent, worked) in results {
+            self.spent.idle += ended.saturating_sub(worked);
+            self.spent.lowering += spent.lowering;
+            self.spent.loading += spent.loading;
+            self.spent.episodes += spent.episodes;
+            parts.extend(done);
+        }
+        parts.sort_unstable_by_key(|(job, _)| (job.policy, job.first_episode));
+        let mut scored = vec![Some(Vec::new()); line.expected.len()];
+        for (job, episodes) in parts {
+            let place = &mut scored[job.policy];
+            match (place.as_mut(), episodes) {
+                (Some(before), Some(more)) => before.extend(more),
+                _ => *place = None,
             }
         }
         scored
@@ -123,7 +140,9 @@ impl Pool {
     ) -> Result<Alone, CapacityError> {
         let mut agent = Box::new(HostAgent::new(policy)?);
         let arena = self.arenas.first_mut();
-        let episodes = arena.map_or_else(Vec::new, |arena| run(arena, &mut agent, episode_seeds));
+        let episodes = timed(&mut self.spent.episodes, || {
+            arena.map_or_else(Vec::new, |arena| run(arena, &mut agent, episode_seeds))
+        });
         Ok((episodes, agent.memory().to_vec()))
     }
 }
@@ -131,18 +150,76 @@ impl Pool {
 /// What one policy's episodes came to, and the memory that they left.
 type Alone = (Vec<Episode>, Vec<f32>);
 
-/// Loads a policy into the worker's agent, which is made at its first policy.
-fn load<'p>(
-    agent: &mut Option<Box<HostAgent<'p>>>,
-    policy: Policy<'p>,
-) -> Result<(), CapacityError> {
-    match agent {
-        Some(agent) => agent.load(policy),
-        None => {
-            *agent = Some(Box::new(HostAgent::new(policy)?));
-            Ok(())
+/// Whole policies first, the longest of them before the others; then the shortest, split into their episodes where
+/// they may be: so that all threads end together.
+fn jobs(line: &Line<'_>, threads: usize) -> Vec<Job> {
+    let mut order: Vec<usize> = (0..line.expected.len()).collect();
+    order.sort_by(|a, b| line.expected[*b].total_cmp(&line.expected[*a]));
+    let splits = match line.split {
+        Split::Episodes if threads > 1 => SPLIT_AT_THE_END * threads,
+        _ => 0,
+    };
+    let whole = order.len().saturating_sub(splits);
+    let all = line.episode_seeds.len();
+    let job = |policy, first_episode, episodes| Job {
+        policy,
+        first_episode,
+        episodes,
+    };
+    let (long, short) = order.split_at(whole);
+    let long = long.iter().map(|policy| job(*policy, 0, all));
+    let short = short
+        .iter()
+        .flat_map(|policy| (0..all).map(move |k| job(*policy, k, 1)));
+    long.chain(short).collect()
+}
+
+/// A thread's agent, made at its first policy and loaded with one after another.
+#[derive(Default)]
+struct Worker<'b> {
+    agent: Option<Box<HostAgent<'b>>>,
+    loaded: Option<usize>,
+    spent: Spent,
+}
+
+impl<'b> Worker<'b> {
+    /// The job's episodes, unless its policy is none.
+    fn score(
+        &mut self,
+        job: &Job,
+        blobs: &'b [OnceLock<Option<Vec<u8>>>],
+        line: &Line<'_>,
+        arena: &mut Arena,
+    ) -> Option<Vec<Episode>> {
+        if self.loaded != Some(job.policy) {
+            self.loaded = None;
+            // Whoever needs the policy first makes its bytes.
+            let bytes = timed(&mut self.spent.lowering, || {
+                blobs[job.policy].get_or_init(|| (line.make)(job.policy))
+            });
+            timed(&mut self.spent.loading, || {
+                let policy = Policy::load(bytes.as_deref()?).ok()?;
+                match &mut self.agent {
+                    Some(agent) => agent.load(policy).ok()?,
+                    None => self.agent = Some(Box::new(HostAgent::new(policy).ok()?)),
+                }
+                Some(())
+            })?;
+            self.loaded = Some(job.policy);
         }
+        let agent = self.agent.as_deref_mut()?;
+        let seeds = &line.episode_seeds[job.first_episode..][..job.episodes];
+        let spent = &mut self.spent.episodes;
+        Some(timed(spent, || run(arena, agent, seeds)))
     }
+}
+
+/// Adds the time that something takes.
+fn timed<T>(sum: &mut Duration, something: impl FnOnce() -> T) -> T {
+    let started = Instant::now();
+    let result = something();
+    *sum += started.elapsed();
+    result
 }
 
 fn run(arena: &mut Arena, agent: &mut HostAgent<'_>, episode_seeds: &[u64]) -> Vec<Episode> {
@@ -155,4 +232,51 @@ fn run(arena: &mut Arena, agent: &mut HostAgent<'_>, episode_seeds: &[u64]) -> V
         }
     }
     episodes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::{CartPole, Task as _, Wrappers};
+
+    fn order(expected: &[f64], threads: usize, split: Split) -> Vec<(usize, usize, usize)> {
+        let line = Line {
+            expected,
+            make: &|_| None,
+            episode_seeds: &[1, 2],
+            split,
+        };
+        let jobs = jobs(&line, threads);
+        let triple = |job: &Job| (job.policy, job.first_episode, job.episodes);
+        jobs.iter().map(triple).collect()
+    }
+
+    #[test]
+    fn the_longest_go_first_and_the_last_are_split() {
+        let mut expected = vec![1.0; 9];
+        expected[3] = 7.0;
+        let line = order(&expected, 2, Split::Episodes);
+        assert_eq!(line[..3], [(3, 0, 2), (0, 0, 1), (0, 1, 1)]);
+        assert_eq!(line.len(), 1 + 2 * 8);
+        let agents = order(&expected, 2, Split::Agents);
+        assert_eq!(agents[..2], [(3, 0, 2), (0, 0, 2)]);
+        assert_eq!(agents.len(), 9);
+    }
+
+    #[test]
+    fn every_policy_that_cannot_be_made_comes_back_as_none() {
+        let arena = || {
+            let task = CartPole::new();
+            let wrappers = Wrappers::new(&[], task.spec()).expect("nothing is hidden");
+            Arena::new(Box::new(task), wrappers)
+        };
+        let mut pool = Pool::new(vec![arena(), arena()]);
+        let line = Line {
+            expected: &[0.0; 40],
+            make: &|k| (k % 2 == 0).then(|| b"no policy".to_vec()),
+            episode_seeds: &[1],
+            split: Split::Episodes,
+        };
+        assert_eq!(pool.score(&line), vec![None; 40]);
+    }
 }

@@ -21,6 +21,15 @@ pub struct Variation<'a> {
     pub scores: &'a [(TeamId, f64)],
 }
 
+/// A new root.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Child {
+    /// Its name.
+    pub team: TeamId,
+    /// The parent that it was cloned from, the first one of two.
+    pub parent: TeamId,
+}
+
 /// Teams and programs that were there before the generation's first child.
 struct Elders {
     teams: Vec<TeamId>,
@@ -29,30 +38,33 @@ struct Elders {
 
 impl Variation<'_> {
     /// Adds the generation's children to the population as roots and names them, oldest first.
-    pub fn children(&self, population: &mut Population, rng: &mut Rng) -> Vec<TeamId> {
+    pub fn children(&self, population: &mut Population, rng: &mut Rng) -> Vec<Child> {
         let elders = Elders {
             teams: population.teams.keys().copied().collect(),
             programs: population.programs.keys().copied().collect(),
         };
-        let children: Vec<TeamId> = (0..self.params.children)
+        let children: Vec<Child> = (0..self.params.children)
             .map(|_| self.child(population, &elders, rng))
             .collect();
-        population.roots.extend(&children);
+        population.roots.extend(children.iter().map(|c| c.team));
         children
     }
 
-    fn child(&self, population: &mut Population, elders: &Elders, rng: &mut Rng) -> TeamId {
-        let mut team = self.conceive(population, rng);
+    fn child(&self, population: &mut Population, elders: &Elders, rng: &mut Rng) -> Child {
+        let (parent, mut team) = self.conceive(population, rng);
         self.vary_members(population, elders, &mut team, rng);
         self.mutate_programs(population, elders, &mut team, rng);
         if !team.memory.is_empty() && rng.chance(self.params.constants.mutate) {
             team.memory = self.mutate_constants(&team.memory, rng);
         }
-        population.add_team(team)
+        Child {
+            team: population.add_team(team),
+            parent,
+        }
     }
 
     /// The best of a few random roots.
-    fn parent<'p>(&self, population: &'p Population, rng: &mut Rng) -> &'p Arc<Team> {
+    fn parent(&self, rng: &mut Rng) -> TeamId {
         let mut draw = || self.scores[rng.below(self.scores.len() as u64) as usize];
         let mut best = draw();
         for _ in 1..self.params.tournament {
@@ -61,15 +73,16 @@ impl Variation<'_> {
                 best = other;
             }
         }
-        population.team(best.0)
+        best.0
     }
 
-    /// A clone of one parent, or a child of two.
-    fn conceive(&self, population: &Population, rng: &mut Rng) -> Team {
+    /// A clone of one parent, or a child of two; with the parent, the first one of two.
+    fn conceive(&self, population: &Population, rng: &mut Rng) -> (TeamId, Team) {
         let params = &self.params.team;
         if rng.chance(params.crossover) {
             for _ in 0..ATTEMPTS {
-                let (first, second) = (self.parent(population, rng), self.parent(population, rng));
+                let [parent, other] = [self.parent(rng), self.parent(rng)];
+                let [first, second] = [parent, other].map(|id| population.team(id));
                 let mut members: Vec<ProgramId> = Vec::new();
                 for member in first.members.iter().chain(&second.members) {
                     if rng.chance(params.inherit) && !members.contains(member) {
@@ -79,14 +92,19 @@ impl Variation<'_> {
                 members.truncate(params.size.max as usize);
                 let copy = members == first.members || members == second.members;
                 if !copy && population.has_exit(&members) {
-                    return Team {
+                    let memory = Arc::clone(&first.memory);
+                    let stream_key = first.stream_key;
+                    let child = Team {
                         members,
-                        ..Team::clone(first)
+                        memory,
+                        stream_key,
                     };
+                    return (parent, child);
                 }
             }
         }
-        Team::clone(self.parent(population, rng))
+        let parent = self.parent(rng);
+        (parent, Team::clone(population.team(parent)))
     }
 
     /// Deletes, adds and moves programs.
@@ -272,7 +290,7 @@ mod tests {
                 scores: &scores,
             };
             for child in variation.children(&mut population, &mut rng) {
-                scores.push((child, rng.uniform(0.0, 1.0)));
+                scores.push((child.team, rng.uniform(0.0, 1.0)));
             }
             super::super::select(&mut population, &mut scores, params.population as usize);
             assert_eq!(population.roots.len(), params.population as usize);
@@ -311,7 +329,7 @@ mod tests {
             scores: &scores,
         };
         for _ in 0..200 {
-            let child = variation.conceive(&population, &mut rng);
+            let (_, child) = variation.conceive(&population, &mut rng);
             assert!(population.has_exit(&child.members));
             assert!(
                 child

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::{Record, Session};
-use crate::config::{Blueprint, Config};
+use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, Team, TeamId};
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
@@ -93,70 +93,100 @@ impl Blocks {
     }
 }
 
-/// Writes a checkpoint to a temporary file beside `path`, then renames it, so that a crash leaves the old one.
-///
-/// # Errors
-/// [`CheckpointError::Io`].
-pub fn save(session: &Session, path: &Path) -> Result<(), CheckpointError> {
-    let io = |action| {
-        move |source| CheckpointError::Io {
-            action,
-            path: path.to_owned(),
-            source,
+/// A session as it stands between two generations: shares its genomes, so that training can go on while this is written.
+pub struct Snapshot {
+    config: Config,
+    seed: u64,
+    generation: u64,
+    steps: u64,
+    seconds: f64,
+    population: Population,
+    records: Vec<(TeamId, Record)>,
+    memory: Option<Arc<[f32]>>,
+}
+
+impl Snapshot {
+    /// Takes one.
+    #[must_use]
+    pub fn new(session: &Session) -> Self {
+        let records = session.records.iter();
+        Snapshot {
+            config: session.config.clone(),
+            seed: session.seed,
+            generation: session.generation,
+            steps: session.steps,
+            seconds: session.seconds,
+            population: session.population.clone(),
+            records: records.map(|(id, r)| (*id, r.clone())).collect(),
+            memory: session.memory.clone(),
         }
-    };
-    let population = &session.population;
-    let mut blocks = Blocks::default();
-    let teams = population
-        .teams
-        .iter()
-        .map(|(id, team)| StoredTeam {
-            id: *id,
-            members: team.members.clone(),
-            memory: blocks.number(&team.memory),
-            stream_key: team.stream_key,
-        })
-        .collect();
-    let programs = population
-        .programs
-        .iter()
-        .map(|(id, program)| StoredProgram {
-            id: *id,
-            instructions: program.instructions.clone(),
-            constants: blocks.number(&program.constants),
-            offset: program.offset,
-            action: program.action,
-        })
-        .collect();
-    let stored = Stored {
-        config: toml::to_string(&session.config).map_err(|e| malformed(path, &e))?,
-        seed: session.seed,
-        generation: session.generation,
-        steps: session.steps,
-        seconds: session.seconds,
-        next_team: population.next_team,
-        next_program: population.next_program,
-        roots: population.roots.clone(),
-        memory: session.memory.clone(),
-        records: session
-            .records
+    }
+
+    /// Writes it to a temporary file beside `path`, then renames that, so that a crash leaves the old checkpoint.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Io`].
+    pub fn save(self, path: &Path) -> Result<(), CheckpointError> {
+        let io = |action| {
+            move |source| CheckpointError::Io {
+                action,
+                path: path.to_owned(),
+                source,
+            }
+        };
+        let body = self.encode().map_err(|why| malformed(path, &why))?;
+        let temporary = path.with_extension("tmp");
+        let mut file = std::fs::File::create(&temporary).map_err(io("create"))?;
+        file.write_all(MAGIC)
+            .and_then(|()| file.write_all(&VERSION.to_le_bytes()))
+            .and_then(|()| file.write_all(&Sha256::digest(&body)))
+            .and_then(|()| file.write_all(&body))
+            .and_then(|()| file.sync_all())
+            .map_err(io("write"))?;
+        std::fs::rename(&temporary, path).map_err(io("replace"))
+    }
+
+    fn encode(self) -> Result<Vec<u8>, String> {
+        let population = self.population;
+        let mut blocks = Blocks::default();
+        let teams = population
+            .teams
             .iter()
-            .map(|(id, r)| (*id, r.clone()))
-            .collect(),
-        teams,
-        programs,
-        constants: blocks.blocks,
-    };
-    let body = postcard::to_stdvec(&stored).map_err(|e| malformed(path, &e))?;
-    let temporary = path.with_extension("tmp");
-    let mut file = std::fs::File::create(&temporary).map_err(io("create"))?;
-    file.write_all(MAGIC)
-        .and_then(|()| file.write_all(&VERSION.to_le_bytes()))
-        .and_then(|()| file.write_all(&Sha256::digest(&body)))
-        .and_then(|()| file.write_all(&body))
-        .and_then(|()| file.sync_all())
-        .map_err(io("write"))?;
-    std::fs::rename(&temporary, path).map_err(io("replace"))
+            .map(|(id, team)| StoredTeam {
+                id: *id,
+                members: team.members.clone(),
+                memory: blocks.number(&team.memory),
+                stream_key: team.stream_key,
+            })
+            .collect();
+        let programs = population
+            .programs
+            .iter()
+            .map(|(id, program)| StoredProgram {
+                id: *id,
+                instructions: program.instructions.clone(),
+                constants: blocks.number(&program.constants),
+                offset: program.offset,
+                action: program.action,
+            })
+            .collect();
+        let stored = Stored {
+            config: toml::to_string(&self.config).map_err(|e| e.to_string())?,
+            seed: self.seed,
+            generation: self.generation,
+            steps: self.steps,
+            seconds: self.seconds,
+            next_team: population.next_team,
+            next_program: population.next_program,
+            roots: population.roots,
+            memory: self.memory,
+            records: self.records,
+            teams,
+            programs,
+            constants: blocks.blocks,
+        };
+        postcard::to_stdvec(&stored).map_err(|e| e.to_string())
+    }
 }
 
 /// Reads a checkpoint.
@@ -203,7 +233,6 @@ fn malformed(path: &Path, why: &dyn ToString) -> CheckpointError {
 /// Rebuilds a session and checks that everything that is named exists.
 fn restore(stored: Stored) -> Result<Session, String> {
     let config: Config = toml::from_str(&stored.config).map_err(|e| e.to_string())?;
-    let blueprint = Blueprint::new(&config).map_err(|e| e.to_string())?;
     let block = |number: u32| {
         let block = stored.constants.get(number as usize).cloned();
         block.ok_or_else(|| format!("it lacks block {number} of constants"))
@@ -235,15 +264,13 @@ fn restore(stored: Stored) -> Result<Session, String> {
     if !population.is_closed() || !population.roots.iter().all(|r| records.contains_key(r)) {
         return Err("it names teams, programs or scores that it does not hold".into());
     }
+    let session = Session::with_population(config, stored.seed, population);
     Ok(Session {
-        config,
-        blueprint,
-        seed: stored.seed,
         generation: stored.generation,
         steps: stored.steps,
         seconds: stored.seconds,
-        population,
         records,
         memory: stored.memory,
+        ..session.map_err(|e| e.to_string())?
     })
 }

@@ -6,7 +6,7 @@ use crate::task::spec::{ChannelRow, channels, write};
 use crate::task::{ActionSpace, Rng, Spec, Step, Task};
 use tpg_runtime::Action;
 
-static MODEL: Model = Model::without_contacts(include_str!(concat!(
+pub(super) static MODEL: Model = Model::without_contacts(include_str!(concat!(
     env!("TPG_MODELS_DIR"),
     "/inverted_double_pendulum.xml"
 )));

@@ -6,7 +6,7 @@ use crate::task::spec::{channels, write};
 use crate::task::{ActionSpace, Rng, Spec, Step, Task};
 use tpg_runtime::Action;
 
-static MODEL: Model = Model::new(include_str!(concat!(
+pub(super) static MODEL: Model = Model::new(include_str!(concat!(
     env!("TPG_MODELS_DIR"),
     "/half_cheetah.xml"
 )));

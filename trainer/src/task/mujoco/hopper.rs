@@ -6,7 +6,8 @@ use crate::task::spec::{channels, write};
 use crate::task::{ActionSpace, Rng, Spec, Step, Task};
 use tpg_runtime::Action;
 
-static MODEL: Model = Model::new(include_str!(concat!(env!("TPG_MODELS_DIR"), "/hopper.xml")));
+pub(super) static MODEL: Model =
+    Model::new(include_str!(concat!(env!("TPG_MODELS_DIR"), "/hopper.xml")));
 const FRAME_SKIP: u32 = 4;
 const RESET_NOISE: f64 = 5e-3;
 /// Observed velocities (m/s, rad/s) are clipped to plus and minus this.
