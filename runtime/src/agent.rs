@@ -6,18 +6,18 @@ use core::marker::PhantomData;
 use heapless::Vec;
 
 use crate::action::Action;
-use crate::blob::{ActionKind, MemoryModel, ResetScope};
 use crate::exec::{self, Machine};
 use crate::math;
-use crate::memory::{IndexedStream, slot_stream};
+use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
 use crate::sizing::Capacities;
-use crate::tables::{Program, ProgramId, Section, Target, Team};
+use crate::state;
+use crate::tables::ProgramId;
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
 use crate::width::{AnyWidth, Width};
 
-/// What begins when an agent is reset; the policy's [`ResetScope`] decides what that clears.
+/// What begins when an agent is reset; the policy's [`ResetScope`](crate::blob::ResetScope) decides what that clears.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reset {
     /// The agent starts: its first episode of an evaluation.
@@ -181,10 +181,12 @@ impl<
         let _ = self.visited.resize(needed.teams, false);
         let _ = self.streams.resize(needed.streams, Pcg32::new(0, 0));
         self.policy = policy;
-        self.words_mut().fill(0.0);
-        self.restore_memory();
-        self.reset_registers();
-        self.seed_streams(0);
+        state::start(
+            &self.policy,
+            self.words.get_mut(..needed.words).unwrap_or_default(),
+            &mut self.streams,
+            &mut self.indexed,
+        );
         Ok(())
     }
 
@@ -198,20 +200,14 @@ impl<
     ///
     /// `agent_seed` determines the random streams; where nothing is reset it is not used.
     pub fn reset(&mut self, what: Reset, agent_seed: u64) {
-        use ResetScope::{EveryDecision, Original, PerAgent, PerEpisode, PerGeneration};
-        let scope = self.policy.header.reset_scope;
-        let (registers, memory) = match (what, scope) {
-            (Reset::Agent, Original | PerGeneration) => (true, false),
-            (_, PerEpisode | EveryDecision) | (Reset::Agent, PerAgent) => (true, true),
-            (Reset::Episode, Original | PerGeneration | PerAgent) => (false, false),
-        };
-        if memory {
-            self.restore_memory();
-        }
-        if registers {
-            self.reset_registers();
-            self.seed_streams(agent_seed);
-        }
+        state::reset(
+            &self.policy,
+            &mut self.words,
+            &mut self.streams,
+            &mut self.indexed,
+            what,
+            agent_seed,
+        );
     }
 
     /// Chooses the action for an observation; runs at most [`Policy::bounds`] instructions.
@@ -243,19 +239,8 @@ impl<
         observation: &[f32],
         observer: O,
     ) -> Result<Decision<'_>, ObservationError> {
-        let header = &self.policy.header;
-        let needed = usize::from(header.observation_len);
-        if observation.len() != needed {
-            return Err(ObservationError {
-                needed,
-                got: observation.len(),
-            });
-        }
-        let window = self.words.iter_mut().take(usize::from(header.window));
-        for (word, x) in window.zip(observation.iter().cycle()) {
-            *word = math::finite(*x);
-        }
-        let wides = W::wides::<O>(header.width);
+        state::observe(&self.policy, &mut self.words, observation)?;
+        let wides = W::wides::<O>(self.policy.header.width);
         let mut machine = Machine {
             words: &mut self.words,
             bids: &mut self.bids,
@@ -266,7 +251,7 @@ impl<
         };
         let path = exec::decide(&self.policy, &mut machine, wides);
         Ok(Decision {
-            action: self.take_action(path.winner),
+            action: state::take_action(&self.policy, &mut self.words, path.winner),
             winner: path.winner,
             instructions: path.instructions,
             teams: path.teams,
@@ -293,8 +278,8 @@ impl<
     /// # Errors
     /// [`CapacityError`] if `memory` has another length than [`Agent::memory`]; nothing changes then.
     pub fn set_memory(&mut self, memory: &[f32]) -> Result<(), CapacityError> {
-        let start = self.policy.memory_start;
-        let place = self.words_mut().get_mut(start..).unwrap_or_default();
+        let (start, end) = (self.policy.memory_start, self.policy.header.words as usize);
+        let place = self.words.get_mut(start..end).unwrap_or_default();
         if place.len() != memory.len() {
             return Err(CapacityError {
                 resource: "memory words",
@@ -306,85 +291,5 @@ impl<
             *word = math::finite(*x);
         }
         Ok(())
-    }
-
-    /// The winner's action; continuous ones are clamped into the state's output words.
-    fn take_action(&mut self, winner: ProgramId) -> Action<'_> {
-        let header = &self.policy.header;
-        let program = self.policy.tables.program(winner);
-        if header.action_kind == ActionKind::Discrete {
-            return Action::Discrete(match program.map(|p| p.target) {
-                Some(Target::Atomic(action)) => action,
-                _ => 0,
-            });
-        }
-        let (start, len) = (usize::from(header.window), header.outputs());
-        let (low, high) = (header.action_low, header.action_high);
-        let source = program.map_or(start, |p| usize::from(p.output));
-        for k in 0..len {
-            let x = self.words.get(source + k).copied().unwrap_or(0.0);
-            if let Some(out) = self.words.get_mut(start + k) {
-                *out = math::clamp(x, low, high);
-            }
-        }
-        let outputs = self.words.get(start..).and_then(|rest| rest.get(..len));
-        Action::Continuous(outputs.unwrap_or_default())
-    }
-
-    /// The words that the policy uses, of all that there is room for.
-    fn words_mut(&mut self) -> &mut [f32] {
-        let len = self.policy.header.words as usize;
-        self.words.get_mut(..len).unwrap_or_default()
-    }
-
-    fn reset_registers(&mut self) {
-        for bytes in self.policy.tables.programs {
-            let program = Program::from_bytes(bytes);
-            exec::reset_registers(&self.policy, &mut self.words, &program);
-        }
-    }
-
-    /// Sets shared memory to the carried image, else to its initial values.
-    fn restore_memory(&mut self) {
-        let carried = self.policy.tables.memory;
-        if !carried.is_empty() {
-            let start = self.policy.memory_start;
-            let place = self.words_mut().get_mut(start..);
-            for (word, bytes) in place.unwrap_or_default().iter_mut().zip(carried) {
-                *word = f32::from_le_bytes(*bytes);
-            }
-            return;
-        }
-        if self.policy.header.memory_model == MemoryModel::Indexed {
-            // The thesis clears indexed memory to zero (§2.5.1); only team memory has constants.
-            let start = self.policy.cells_start();
-            let cells = self.words_mut().get_mut(start..);
-            cells.unwrap_or_default().fill(0.0);
-        }
-        let width = usize::from(self.policy.header.width);
-        for bytes in self.policy.tables.teams {
-            let team = Team::from_bytes(bytes);
-            let len = team.memory_words(width);
-            exec::fill_initial(
-                &self.policy,
-                &mut self.words,
-                team.memory_start,
-                team.constants_start,
-                len,
-            );
-        }
-    }
-
-    fn seed_streams(&mut self, agent_seed: u64) {
-        self.indexed = IndexedStream::new(agent_seed);
-        for bytes in self.policy.tables.teams {
-            let team = Team::from_bytes(bytes);
-            for section in Section::ALL {
-                let place = team.stream(section).and_then(|s| self.streams.get_mut(s));
-                if let Some(stream) = place {
-                    *stream = slot_stream(agent_seed, team.stream_key, section);
-                }
-            }
-        }
     }
 }

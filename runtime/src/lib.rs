@@ -7,9 +7,10 @@
 //! - [`blob`]: the file format; a [`Blob`] is a view whose checksum and lengths are right.
 //! - [`Policy`]: a blob whose every table was checked, with the [`Bounds`] of one decision.
 //! - [`Agent`]: a policy with its state, in arrays of constant capacity.
+//! - [`SliceAgent`]: the same in memory that its caller owns, for sizes known only when a policy arrives.
 //! - [`isa`]: the instruction table, from which names, encoding and costs derive.
 //! - [`math`]: what every operation means; the only place that computes with floats.
-//! - [`rng`]: seeds and random streams.
+//! - [`rng`]: seeds and random streams; [`memory`]: which of them memory writes follow.
 //!
 //! A champion computes the same bits on every target: `docs/semantics.md` in the repository defines them.
 //!
@@ -45,9 +46,11 @@ mod exec;
 mod frontend;
 pub mod isa;
 pub mod math;
-mod memory;
+pub mod memory;
 pub mod rng;
 mod sizing;
+mod slices;
+mod state;
 pub mod tables;
 #[cfg(feature = "trace")]
 pub mod trace;
@@ -60,5 +63,6 @@ pub use action::Action;
 pub use agent::{Agent, CapacityError, Decision, HostAgent, ObservationError, Reset};
 pub use blob::{Blob, Header};
 pub use sizing::Capacities;
+pub use slices::{SliceAgent, Slices};
 pub use verify::{Bounds, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};
 pub use width::{AnyWidth, Fixed, Width};

@@ -1,7 +1,9 @@
-//! Random streams and probabilities of memory writes.
+//! Random streams and probabilities of memory writes, for the interpreter and for policies that are compiled.
+
+use rand_core::Rng as _;
 
 use crate::isa::{INDEXED_ROWS, REGISTERS, SLOTS};
-use crate::rng::{Pcg32, mix64};
+use crate::rng::{Pcg32, mix64, mix64_next};
 use crate::tables::Section;
 
 /// The stream of indexed memory is told from the sections of team memory by this number.
@@ -10,7 +12,7 @@ const INDEXED_SECTION: u64 = Section::ALL.len() as u64;
 /// ⌊Φ((j + 1 − M/2) / (M/6)) · 2³²⌋ for j = 0..6: a write goes to the slot that equals the number of
 /// thresholds at or below a 32-bit draw, which is ⌊x⌋ clamped to 0..7 for x ~ N(M/2, (M/6)²), M = 8
 /// (thesis Equation 3.4.1).
-const SLOT_THRESHOLDS: [u32; SLOTS - 1] = [
+pub const SLOT_THRESHOLDS: [u32; SLOTS - 1] = [
     52_503_710,
     286_934_744,
     973_357_066,
@@ -43,7 +45,8 @@ const fn write_thresholds() -> [u32; INDEXED_ROWS / 2] {
 }
 
 /// The stream from which a section of a team's memory draws its slots.
-pub(crate) fn slot_stream(agent_seed: u64, stream_key: u32, section: Section) -> Pcg32 {
+#[must_use]
+pub fn slot_stream(agent_seed: u64, stream_key: u32, section: Section) -> Pcg32 {
     let (key, section) = (u64::from(stream_key), section as u64);
     Pcg32::new(mix64(&[agent_seed, key, section]), mix64(&[key, section]))
 }
@@ -52,6 +55,26 @@ pub(crate) fn slot_stream(agent_seed: u64, stream_key: u32, section: Section) ->
 #[inline]
 pub(crate) fn slot_of(draw: u32) -> usize {
     SLOT_THRESHOLDS.iter().filter(|t| **t <= draw).count()
+}
+
+/// The slot that the stream's next draw selects.
+#[inline]
+pub fn draw_slot(stream: &mut Pcg32) -> usize {
+    slot_of(stream.next_u32())
+}
+
+/// A write reaches `cell` (row · 8 + column) where its 32-bit draw is below this number.
+#[inline]
+#[must_use]
+pub fn write_threshold(cell: u16) -> u32 {
+    let row = usize::from(cell) / REGISTERS;
+    let half = INDEXED_ROWS / 2;
+    let distance = if row < half {
+        half - 1 - row
+    } else {
+        row - half
+    };
+    WRITE_THRESHOLDS.get(distance).copied().unwrap_or(0)
 }
 
 /// Which cells the writes of indexed memory reach: a hash of stream, write and cell, so that cells
@@ -63,35 +86,39 @@ pub struct IndexedStream {
 }
 
 impl IndexedStream {
-    pub(crate) fn new(agent_seed: u64) -> Self {
+    /// The stream of an agent, before its first write.
+    #[must_use]
+    pub fn new(agent_seed: u64) -> Self {
         IndexedStream {
             stream: mix64(&[agent_seed, 0, INDEXED_SECTION]),
             writes: 0,
         }
     }
 
-    /// Begins the next write and returns its number.
+    /// Begins the next write.
     #[inline]
-    pub(crate) fn begin_write(&mut self) -> u64 {
+    pub fn begin_write(&mut self) -> IndexedWrite {
         let write = self.writes;
         self.writes = write.wrapping_add(1);
-        write
+        IndexedWrite {
+            hash: mix64(&[self.stream, write]),
+        }
     }
+}
 
+/// One write of indexed memory: the hash of stream and write, to which a cell is added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct IndexedWrite {
+    hash: u64,
+}
+
+impl IndexedWrite {
     /// Whether this write reaches `cell` (row · 8 + column).
     #[inline]
-    pub(crate) fn reaches(&self, write: u64, cell: u16) -> bool {
-        let row = usize::from(cell) / REGISTERS;
-        let half = INDEXED_ROWS / 2;
-        let distance = if row < half {
-            half - 1 - row
-        } else {
-            row - half
-        };
-        let draw = mix64(&[self.stream, write, u64::from(cell)]) >> 32;
-        WRITE_THRESHOLDS
-            .get(distance)
-            .is_some_and(|threshold| draw < u64::from(*threshold))
+    #[must_use]
+    pub fn reaches(self, cell: u16) -> bool {
+        let draw = mix64_next(self.hash, u64::from(cell)) >> 32;
+        draw < u64::from(write_threshold(cell))
     }
 }
 
@@ -99,7 +126,6 @@ impl IndexedStream {
 mod tests {
     extern crate std;
     use super::*;
-    use rand_core::Rng as _;
     use std::vec::Vec;
 
     /// Φ by the trapezoidal rule on its density: independent of how the table was made.
@@ -152,7 +178,7 @@ mod tests {
         for _ in 0..20_000 {
             let write = stream.begin_write();
             for (row, count) in rows.iter_mut().enumerate() {
-                *count += u32::from(stream.reaches(write, (row * REGISTERS) as u16));
+                *count += u32::from(write.reaches((row * REGISTERS) as u16));
             }
         }
         let share: Vec<f64> = rows.iter().map(|n| f64::from(*n) / 2e4).collect();

@@ -25,8 +25,13 @@ const fn finalise(mut z: u64) -> u64 {
 pub const fn mix64(words: &[u64]) -> u64 {
     let (mut h, mut rest) = (0u64, words);
     while let [x, tail @ ..] = rest {
-        h = finalise(h.wrapping_add(GOLDEN) ^ *x);
+        h = mix64_next(h, *x);
         rest = tail;
     }
     h
+}
+
+/// The hash of a list with one more word, from the hash of the list.
+pub(crate) const fn mix64_next(h: u64, x: u64) -> u64 {
+    finalise(h.wrapping_add(GOLDEN) ^ x)
 }

@@ -1,14 +1,21 @@
-//! What instructions and decisions cost, in CPU time, beside a calibrating loop of the same process.
+//! What instructions and decisions cost, interpreted and compiled, in CPU time beside a calibrating loop of the process.
 //!
 //! `cargo bench -p tpg-tests --bench interpreter [FILTER]` ends with a table of medians.
+
+#[path = "compiled/arithmetic.rs"]
+#[rustfmt::skip]
+mod arithmetic;
+#[path = "compiled/transcendental.rs"]
+#[rustfmt::skip]
+mod transcendental;
 
 use std::fs;
 use std::hint::black_box;
 use std::time::Duration;
 
+use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
-use rustix::time::{ClockId, clock_gettime};
 use tpg_runtime::isa::Op;
 use tpg_runtime::{Agent, Fixed, HostAgent, Policy};
 use tpg_tests::shapes::{
@@ -23,8 +30,7 @@ impl Measurement for CpuTime {
     type Value = Duration;
 
     fn start(&self) -> Duration {
-        let now = clock_gettime(ClockId::ThreadCPUTime);
-        Duration::new(now.tv_sec as u64, now.tv_nsec as u32)
+        ThreadTime::now().as_duration()
     }
 
     fn end(&self, start: Duration) -> Duration {
@@ -144,6 +150,19 @@ fn main() {
         bench.graph(&format!("stateless {name}"), mix, 9, false);
         bench.graph(&format!("stateful {name}"), mix, 9, true);
     }
+    macro_rules! compiled {
+        ($module:ident) => {
+            let observations = drifting_observations();
+            let (mut all, mut policy) = (observations.iter().cycle(), $module::Policy::new());
+            let name = concat!("stateless ", stringify!($module), ", 9 teams");
+            bench.run("compiled", name, 1.0, || {
+                let observation = all.next().expect("it cycles");
+                black_box(policy.decide(black_box(observation)).action);
+            });
+        };
+    }
+    compiled!(arithmetic);
+    compiled!(transcendental);
     for teams in [1, 3, 27, 50] {
         bench.graph("stateless arithmetic", ARITHMETIC, teams, false);
     }

@@ -5,5 +5,6 @@ pub mod fixtures;
 pub mod golden;
 pub mod ops;
 pub mod process;
+pub mod random;
 pub mod samples;
 pub mod shapes;

@@ -1,6 +1,7 @@
 //! The project's own commands, built once and run as a user would run them.
 
 use std::ffi::OsStr;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
@@ -46,6 +47,47 @@ pub fn command_path(name: &str) -> PathBuf {
         folder
     });
     folder.join(name)
+}
+
+/// Path of the runtime's library for C, built in the profile of the running test.
+///
+/// # Panics
+/// If the library cannot be built.
+#[must_use]
+pub fn static_library() -> PathBuf {
+    let exe = std::env::current_exe().expect("the test's own path");
+    let folder = exe.ancestors().nth(2).expect("a profile's folder");
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--quiet", "--package", "tpg-runtime-c"]);
+    build.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    if folder.ends_with("release") {
+        build.arg("--release");
+    }
+    let built = build.status().expect("cargo runs").success();
+    assert!(built, "the library for C does not build");
+    folder.join("libtpg_runtime_c.a")
+}
+
+/// Runs a program with text on its standard input and returns its standard output.
+///
+/// # Panics
+/// If the program cannot be started, fails, or prints something else than text.
+#[must_use]
+pub fn pipe(mut command: Command, input: &str) -> String {
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("a program that starts");
+    let mut stdin = child.stdin.take().expect("its input");
+    let input = input.to_owned();
+    // Beside the reader: neither side waits for the other with a full pipe. A program need not read its input.
+    let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+    let output = child.wait_with_output().expect("its output");
+    let _ = writer.join().expect("a writer");
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert!(output.status.success(), "{}: {text}", output.status);
+    text
 }
 
 /// Starts `tpg` with its output captured.

@@ -52,6 +52,7 @@ fn register_arithmetic_has_one_place() {
     let mut faults = Vec::new();
     for folder in [
         "runtime/src",
+        "runtime/c-api",
         "trainer",
         "sim-bridge",
         "tests/src",

@@ -1,6 +1,7 @@
 //! The verbs of `tpg`, one file each, and what they share.
 
 mod eval;
+mod export;
 mod failure;
 mod hil;
 mod inspect;
@@ -42,6 +43,8 @@ enum Verb {
     Hil(hil::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
+    /// Write a policy as source code, in Rust or C, that decides alike.
+    Export(export::Args),
     /// Decide again what a trace recorded and name the first decision that differs.
     Replay(replay::Args),
     /// List the presets that `tpg train` knows.
@@ -56,6 +59,7 @@ pub fn main() -> ExitCode {
         Verb::Eval(args) => eval::run(args),
         Verb::Hil(args) => hil::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
+        Verb::Export(args) => export::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
     };

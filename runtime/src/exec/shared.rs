@@ -90,7 +90,7 @@ pub(super) fn write_indexed<O: Observer>(
     let first = policy.cells_start();
     for (k, bytes) in policy.tables.cells.iter().enumerate() {
         let cell = u16::from_le_bytes(*bytes);
-        if shared.indexed.reaches(write, cell) {
+        if write.reaches(cell) {
             shared.observer.write(Place::Cell(cell));
             let column = usize::from(cell) % REGISTERS;
             copy(

@@ -1,0 +1,132 @@
+//! An agent on memory that its caller owns, for sizes that are known only when a policy arrives.
+
+use core::marker::PhantomData;
+
+use crate::agent::{CapacityError, Decision, ObservationError, Reset};
+use crate::exec::{self, Machine};
+use crate::memory::IndexedStream;
+use crate::rng::Pcg32;
+use crate::sizing::Capacities;
+use crate::state;
+use crate::verify::Policy;
+use crate::width::Width;
+
+/// Memory for the state of an agent; [`Capacities`] says how much of each a policy needs.
+#[derive(Debug)]
+pub struct Slices<'s> {
+    /// Registers, shared memory, observation and outputs.
+    pub words: &'s mut [f32],
+    /// One for each program.
+    pub bids: &'s mut [f32],
+    /// One for each team.
+    pub visited: &'s mut [bool],
+    /// Random streams of team memory.
+    pub streams: &'s mut [Pcg32],
+}
+
+/// An [`Agent`](crate::Agent) whose state lies in borrowed memory; it decides alike.
+///
+/// # Examples
+/// ```
+/// use tpg_runtime::rng::Pcg32;
+/// use tpg_runtime::{AnyWidth, Policy, SliceAgent, Slices};
+///
+/// # static CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let (mut words, mut bids, mut visited) = ([0.0; 512], [0.0; 8], [false; 4]);
+/// let mut streams = [(); 8].map(|()| Pcg32::new(0, 0));
+/// let slices = Slices { words: &mut words, bids: &mut bids, visited: &mut visited, streams: &mut streams };
+/// let mut agent: SliceAgent<'_, '_, AnyWidth> = SliceAgent::new(Policy::load(CHAMPION)?, slices)?;
+/// # let observation = [0.0; 3];
+/// let decision = agent.decide(&observation)?;
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct SliceAgent<'s, 'p, W: Width> {
+    policy: Policy<'p>,
+    slices: Slices<'s>,
+    indexed: IndexedStream,
+    width: PhantomData<W>,
+}
+
+impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
+    /// Makes an agent for a policy, reset with seed 0; uses as much of each slice as the policy needs.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if a slice is too short, or the policy has another width than `W`.
+    pub fn new(policy: Policy<'p>, slices: Slices<'s>) -> Result<Self, CapacityError> {
+        let needed = Capacities::needed_by(policy.header());
+        let available = Capacities {
+            width: W::ONLY.map_or(needed.width, usize::from),
+            words: slices.words.len(),
+            programs: slices.bids.len(),
+            teams: slices.visited.len(),
+            streams: slices.streams.len(),
+        };
+        if let Some((resource, needed, available)) = needed.excess_over(&available) {
+            return Err(CapacityError {
+                resource,
+                needed,
+                available,
+            });
+        }
+        let slices = Slices {
+            words: slices.words.get_mut(..needed.words).unwrap_or_default(),
+            bids: slices.bids.get_mut(..needed.programs).unwrap_or_default(),
+            visited: slices.visited.get_mut(..needed.teams).unwrap_or_default(),
+            streams: slices.streams.get_mut(..needed.streams).unwrap_or_default(),
+        };
+        let mut indexed = IndexedStream::default();
+        state::start(&policy, slices.words, slices.streams, &mut indexed);
+        Ok(SliceAgent {
+            policy,
+            slices,
+            indexed,
+            width: PhantomData,
+        })
+    }
+
+    /// The policy that the agent executes.
+    #[must_use]
+    pub const fn policy(&self) -> &Policy<'p> {
+        &self.policy
+    }
+
+    /// As [`Agent::reset`](crate::Agent::reset).
+    pub fn reset(&mut self, what: Reset, agent_seed: u64) {
+        let Slices { words, streams, .. } = &mut self.slices;
+        state::reset(
+            &self.policy,
+            words,
+            streams,
+            &mut self.indexed,
+            what,
+            agent_seed,
+        );
+    }
+
+    /// As [`Agent::decide`](crate::Agent::decide).
+    ///
+    /// # Errors
+    /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
+    pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
+        state::observe(&self.policy, self.slices.words, observation)?;
+        let wides = W::wides::<()>(self.policy.header.width);
+        let mut machine = Machine {
+            words: &mut *self.slices.words,
+            bids: self.slices.bids,
+            visited: self.slices.visited,
+            streams: self.slices.streams,
+            indexed: &mut self.indexed,
+            observer: (),
+        };
+        let path = exec::decide(&self.policy, &mut machine, wides);
+        Ok(Decision {
+            action: state::take_action(&self.policy, self.slices.words, path.winner),
+            winner: path.winner,
+            instructions: path.instructions,
+            teams: path.teams,
+        })
+    }
+}

@@ -1,0 +1,141 @@
+//! What agents do with their state, whoever owns it.
+
+use crate::action::Action;
+use crate::agent::{ObservationError, Reset};
+use crate::blob::{ActionKind, MemoryModel, ResetScope};
+use crate::exec;
+use crate::math;
+use crate::memory::{IndexedStream, slot_stream};
+use crate::rng::Pcg32;
+use crate::tables::{Program, ProgramId, Section, Target, Team};
+use crate::verify::Policy;
+
+/// Makes the state of a policy that was just loaded: everything reset, with seed 0.
+pub(crate) fn start(
+    policy: &Policy<'_>,
+    words: &mut [f32],
+    streams: &mut [Pcg32],
+    indexed: &mut IndexedStream,
+) {
+    words.fill(0.0);
+    restore_memory(policy, words);
+    reset_registers(policy, words);
+    *indexed = seed_streams(policy, streams, 0);
+}
+
+/// Begins an agent's evaluation or one of its episodes (thesis Algorithm 1).
+pub(crate) fn reset(
+    policy: &Policy<'_>,
+    words: &mut [f32],
+    streams: &mut [Pcg32],
+    indexed: &mut IndexedStream,
+    what: Reset,
+    agent_seed: u64,
+) {
+    use ResetScope::{EveryDecision, Original, PerAgent, PerEpisode, PerGeneration};
+    let (registers, memory) = match (what, policy.header.reset_scope) {
+        (Reset::Agent, Original | PerGeneration) => (true, false),
+        (_, PerEpisode | EveryDecision) | (Reset::Agent, PerAgent) => (true, true),
+        (Reset::Episode, Original | PerGeneration | PerAgent) => (false, false),
+    };
+    if memory {
+        restore_memory(policy, words);
+    }
+    if registers {
+        reset_registers(policy, words);
+        *indexed = seed_streams(policy, streams, agent_seed);
+    }
+}
+
+/// Puts an observation into the window, cyclically; non-finite elements count as 0.
+#[inline(always)]
+pub(crate) fn observe(
+    policy: &Policy<'_>,
+    words: &mut [f32],
+    observation: &[f32],
+) -> Result<(), ObservationError> {
+    let header = &policy.header;
+    let needed = usize::from(header.observation_len);
+    if observation.len() != needed {
+        return Err(ObservationError {
+            needed,
+            got: observation.len(),
+        });
+    }
+    let window = words.iter_mut().take(usize::from(header.window));
+    for (word, x) in window.zip(observation.iter().cycle()) {
+        *word = math::finite(*x);
+    }
+    Ok(())
+}
+
+/// The winner's action; continuous ones are clamped into the state's output words.
+pub(crate) fn take_action<'s>(
+    policy: &Policy<'_>,
+    words: &'s mut [f32],
+    winner: ProgramId,
+) -> Action<'s> {
+    let header = &policy.header;
+    let program = policy.tables.program(winner);
+    if header.action_kind == ActionKind::Discrete {
+        return Action::Discrete(match program.map(|p| p.target) {
+            Some(Target::Atomic(action)) => action,
+            _ => 0,
+        });
+    }
+    let (start, len) = (usize::from(header.window), header.outputs());
+    let (low, high) = (header.action_low, header.action_high);
+    let source = program.map_or(start, |p| usize::from(p.output));
+    for k in 0..len {
+        let x = words.get(source + k).copied().unwrap_or(0.0);
+        if let Some(out) = words.get_mut(start + k) {
+            *out = math::clamp(x, low, high);
+        }
+    }
+    let outputs = words.get(start..).and_then(|rest| rest.get(..len));
+    Action::Continuous(outputs.unwrap_or_default())
+}
+
+fn reset_registers(policy: &Policy<'_>, words: &mut [f32]) {
+    for bytes in policy.tables.programs {
+        exec::reset_registers(policy, words, &Program::from_bytes(bytes));
+    }
+}
+
+/// Sets shared memory to the carried image, else to its initial values.
+fn restore_memory(policy: &Policy<'_>, words: &mut [f32]) {
+    let carried = policy.tables.memory;
+    if !carried.is_empty() {
+        let place = words.get_mut(policy.memory_start..);
+        for (word, bytes) in place.unwrap_or_default().iter_mut().zip(carried) {
+            *word = f32::from_le_bytes(*bytes);
+        }
+        return;
+    }
+    if policy.header.memory_model == MemoryModel::Indexed {
+        // The thesis clears indexed memory to zero (§2.5.1); only team memory has constants.
+        let cells = words.get_mut(policy.cells_start()..);
+        cells.unwrap_or_default().fill(0.0);
+    }
+    let width = usize::from(policy.header.width);
+    for bytes in policy.tables.teams {
+        let team = Team::from_bytes(bytes);
+        let len = team.memory_words(width);
+        let (start, constants) = (team.memory_start, team.constants_start);
+        exec::fill_initial(policy, words, start, constants, len);
+    }
+}
+
+/// Seeds the streams of team memory and returns that of indexed memory.
+fn seed_streams(policy: &Policy<'_>, streams: &mut [Pcg32], agent_seed: u64) -> IndexedStream {
+    for bytes in policy.tables.teams {
+        let team = Team::from_bytes(bytes);
+        for section in Section::ALL {
+            let place = team.stream(section).and_then(|s| streams.get_mut(s));
+            if let Some(stream) = place {
+                *stream = slot_stream(agent_seed, team.stream_key, section);
+            }
+        }
+    }
+    IndexedStream::new(agent_seed)
+}

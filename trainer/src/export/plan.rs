@@ -1,0 +1,381 @@
+//! What both languages need to know of a policy: where operands lie, and what its graph rules out.
+
+use std::collections::BTreeSet;
+
+use tpg_runtime::Policy;
+use tpg_runtime::blob::{MemoryModel, RegisterMode};
+use tpg_runtime::isa::{Destination, Form, Operand, REGISTERS};
+use tpg_runtime::tables::{Instruction, Program, ProgramId, Section, Target, Team, TeamId};
+
+/// A policy with what its graph says about every decision.
+pub(super) struct Plan<'p> {
+    pub(super) policy: &'p Policy<'p>,
+    pub(super) width: usize,
+    pub(super) inputs: usize,
+    pub(super) window: usize,
+    pub(super) outputs: usize,
+    pub(super) stateful: bool,
+    /// Kept cells of indexed memory.
+    pub(super) cells: Vec<u16>,
+    pub(super) programs: Vec<Program>,
+    pub(super) teams: Vec<TeamPlan>,
+    /// Programs that two teams of one decision may want to run.
+    pub(super) cached: BTreeSet<u16>,
+    /// Teams that some program cannot know to be unvisited.
+    pub(super) marked: BTreeSet<u16>,
+}
+
+/// A team and those of its members that can take part in a decision.
+pub(super) struct TeamPlan {
+    pub(super) record: Team,
+    /// Whether any decision gets here.
+    pub(super) reached: bool,
+    pub(super) members: Vec<Member>,
+}
+
+/// A program that takes part in its team's decision.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Member {
+    pub(super) program: u16,
+    /// It takes no part once this team was visited.
+    pub(super) unless_visited: Option<u16>,
+}
+
+/// A compiled function: a program, for one of its teams if it touches that team's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Function {
+    pub(super) program: u16,
+    pub(super) team: Option<u16>,
+}
+
+/// What a state offset of an instruction stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// A word of the observation window.
+    Window(usize),
+    Scalar(usize),
+    /// A vector register and an element of it, 0 for the whole.
+    Vector(usize, usize),
+    /// A matrix register and an element of it, row by row.
+    Matrix(usize, usize),
+}
+
+impl<'p> Plan<'p> {
+    pub(super) fn new(policy: &'p Policy<'p>) -> Self {
+        let (header, tables) = (policy.header(), policy.tables());
+        let programs: Vec<Program> = tables.programs.iter().map(Program::from_bytes).collect();
+        let records: Vec<Team> = tables.teams.iter().map(Team::from_bytes).collect();
+        let members: Vec<Vec<u16>> = records.iter().map(|team| distinct(policy, team)).collect();
+        let below = below(&programs, &members);
+        let mut plan = Plan {
+            policy,
+            width: usize::from(header.width),
+            inputs: usize::from(header.observation_len),
+            window: usize::from(header.window),
+            outputs: header.outputs(),
+            stateful: header.register_mode == RegisterMode::Stateful,
+            cells: tables
+                .cells
+                .iter()
+                .map(|c| u16::from_le_bytes(*c))
+                .collect(),
+            programs,
+            teams: Vec::new(),
+            cached: BTreeSet::new(),
+            marked: BTreeSet::new(),
+        };
+        for (number, record) in records.into_iter().enumerate() {
+            let number = number as u16;
+            let list = members[usize::from(number)].iter();
+            let member = |program: &u16| plan.member(number, *program, &below);
+            let members = list.filter_map(member).collect();
+            plan.teams.push(TeamPlan {
+                record,
+                reached: number == 0 || below[0].contains(&number),
+                members,
+            });
+        }
+        let reached = || {
+            plan.teams
+                .iter()
+                .zip(0u16..)
+                .filter(|(team, _)| team.reached)
+        };
+        let mut cached = BTreeSet::new();
+        for (first, from) in reached() {
+            for (second, _) in
+                reached().filter(|(_, to)| *to != from && below[usize::from(from)].contains(to))
+            {
+                let ran: BTreeSet<u16> = first.members.iter().map(|m| m.program).collect();
+                cached.extend(
+                    second
+                        .members
+                        .iter()
+                        .map(|m| m.program)
+                        .filter(|p| ran.contains(p)),
+                );
+            }
+        }
+        let marked = reached()
+            .flat_map(|(team, _)| &team.members)
+            .filter_map(|m| m.unless_visited);
+        plan.marked = marked.collect();
+        plan.cached = cached;
+        plan
+    }
+
+    /// Whether and when a program takes part in a team; never, if it leads to a team that must have been visited.
+    fn member(&self, team: u16, program: u16, below: &[BTreeSet<u16>]) -> Option<Member> {
+        let unless_visited = match self.program(program).target {
+            Target::Atomic(_) => None,
+            Target::Team(TeamId(next)) if next == 0 || next == team => return None,
+            Target::Team(TeamId(next)) => below[usize::from(next)].contains(&team).then_some(next),
+        };
+        Some(Member {
+            program,
+            unless_visited,
+        })
+    }
+
+    pub(super) fn program(&self, number: u16) -> &Program {
+        &self.programs[usize::from(number)]
+    }
+
+    pub(super) fn code(&self, program: u16) -> impl Iterator<Item = Instruction> {
+        let code = self.policy.tables().code(self.program(program));
+        code.iter().filter_map(Instruction::from_bytes)
+    }
+
+    /// The teams that decisions can visit, with their numbers.
+    pub(super) fn reached(&self) -> impl Iterator<Item = (u16, &TeamPlan)> {
+        (0u16..).zip(&self.teams).filter(|(_, team)| team.reached)
+    }
+
+    /// The teams that keep memory, with their numbers.
+    pub(super) fn remembering(&self) -> impl Iterator<Item = (u16, &Team)> {
+        let teams = (0u16..).zip(self.teams.iter().map(|team| &team.record));
+        teams.filter(|(_, team)| team.streams() > 0)
+    }
+
+    /// Every function to compile, in the order of programs.
+    pub(super) fn functions(&self) -> BTreeSet<Function> {
+        let of_team = |(number, team): (u16, &TeamPlan)| -> Vec<Function> {
+            team.members
+                .iter()
+                .map(|m| self.function(m.program, number))
+                .collect()
+        };
+        self.reached().flat_map(of_team).collect()
+    }
+
+    /// The function that runs a program for a team.
+    pub(super) fn function(&self, program: u16, team: u16) -> Function {
+        let record = &self.teams[usize::from(team)].record;
+        let touches = |i: Instruction| {
+            i.op.section()
+                .is_some_and(|section| record.kept(section) != 0)
+        };
+        Function {
+            program,
+            team: self.code(program).any(touches).then_some(team),
+        }
+    }
+
+    /// Whether a program reads or writes indexed memory.
+    pub(super) fn uses_cells(&self, program: u16) -> bool {
+        let reads =
+            |i: Instruction| i.op.operands()[0] == Operand::Cell || i.op.form() == Form::WriteCells;
+        !self.cells.is_empty() && self.code(program).any(reads)
+    }
+
+    /// Whether any policy state is indexed memory.
+    pub(super) fn is_indexed(&self) -> bool {
+        self.policy.header().memory_model == MemoryModel::Indexed && !self.cells.is_empty()
+    }
+
+    /// The programs that run and keep their registers.
+    pub(super) fn stateful_programs(&self) -> BTreeSet<u16> {
+        let ran = self.functions().into_iter().map(|f| f.program);
+        ran.filter(|_| self.stateful).collect()
+    }
+
+    /// Whether a program ends a decision with a continuous action.
+    pub(super) fn acts(&self, program: u16) -> bool {
+        self.outputs > 0 && matches!(self.program(program).target, Target::Atomic(_))
+    }
+
+    /// Where a register or observation operand lies.
+    pub(super) fn place(&self, program: &Program, at: u16) -> Place {
+        let at = usize::from(at);
+        if at < self.window {
+            return Place::Window(at);
+        }
+        let square = self.width * self.width;
+        let [scalars, vectors, _] = program.registers.map(usize::from);
+        let offset = at - usize::from(program.state_start);
+        if offset < scalars {
+            return Place::Scalar(offset);
+        }
+        let offset = offset - scalars;
+        if offset < vectors * self.width {
+            return Place::Vector(offset / self.width, offset % self.width);
+        }
+        let offset = offset - vectors * self.width;
+        Place::Matrix(offset / square, offset % square)
+    }
+
+    /// Number of a kept cell among the kept ones.
+    pub(super) fn cell(&self, at: u16) -> usize {
+        let start = self.policy.header().words as usize - self.cells.len();
+        usize::from(at) - start
+    }
+
+    /// Initial values of `len` words of which the constants begin at `start`.
+    pub(super) fn initial(&self, start: u32, len: usize) -> Vec<f32> {
+        let constants = self.policy.tables().constants;
+        let values = constants
+            .iter()
+            .skip(start as usize)
+            .map(|x| f32::from_le_bytes(*x));
+        values.chain(std::iter::repeat(0.0)).take(len).collect()
+    }
+
+    /// Initial values of a program's registers: scalars, vectors, matrices.
+    pub(super) fn registers(&self, program: &Program) -> Vec<(Section, usize, Vec<f32>)> {
+        let values = self.initial(program.constants_start, program.register_words(self.width));
+        let mut rest = values.as_slice();
+        let mut out = Vec::new();
+        for (section, count) in Section::ALL.into_iter().zip(program.registers) {
+            for number in 0..usize::from(count) {
+                let (head, tail) = rest.split_at(section.slot_words(self.width));
+                out.push((section, number, head.to_vec()));
+                rest = tail;
+            }
+        }
+        out
+    }
+
+    /// As [`Plan::registers`], without those that no instruction of the program mentions.
+    pub(super) fn mentioned(&self, number: u16) -> Vec<(Section, usize, Vec<f32>)> {
+        let program = self.program(number);
+        let mut mentioned = BTreeSet::from([(Section::Scalar as u8, 0)]);
+        let mut mention = |at: u16| {
+            mentioned.extend(match self.place(program, at) {
+                Place::Window(_) => None,
+                Place::Scalar(k) => Some((Section::Scalar as u8, k)),
+                Place::Vector(k, _) => Some((Section::Vector as u8, k)),
+                Place::Matrix(k, _) => Some((Section::Matrix as u8, k)),
+            });
+        };
+        mention(program.output);
+        for i in self.code(number) {
+            if i.op.destination() != Destination::None {
+                mention(i.d);
+            }
+            for (kind, at) in i.op.operands().into_iter().zip([i.a, i.b]) {
+                if is_register_or_input(kind) {
+                    mention(at);
+                }
+            }
+            if i.op.form() == Form::WriteCells {
+                (0..REGISTERS as u16).for_each(|k| mention(program.state_start + k));
+            }
+        }
+        let mut registers = self.registers(program);
+        registers.retain(|(section, k, _)| mentioned.contains(&(*section as u8, *k)));
+        registers
+    }
+
+    /// The kept slots of a team in state order, with the values that a reset gives them.
+    pub(super) fn slots(&self, team: &Team) -> Vec<(Section, usize, Vec<f32>)> {
+        let memory = self.policy.tables().memory;
+        let words = team.memory_words(self.width);
+        let values = if memory.is_empty() {
+            self.initial(team.constants_start, words)
+        } else {
+            let from = usize::from(team.memory_start) - self.memory_start();
+            memory
+                .iter()
+                .skip(from)
+                .map(|x| f32::from_le_bytes(*x))
+                .collect()
+        };
+        let mut rest = values.as_slice();
+        let mut out = Vec::new();
+        for section in Section::ALL {
+            for slot in (0..8).filter(|slot| team.kept(section) & (1 << slot) != 0) {
+                let (head, tail) = rest.split_at(section.slot_words(self.width));
+                out.push((section, slot, head.to_vec()));
+                rest = tail;
+            }
+        }
+        out
+    }
+
+    /// The values that a reset gives the kept cells.
+    pub(super) fn cell_values(&self) -> Vec<f32> {
+        let memory = self.policy.tables().memory;
+        if memory.is_empty() {
+            return vec![0.0; self.cells.len()];
+        }
+        let from = memory.len() - self.cells.len();
+        memory
+            .iter()
+            .skip(from)
+            .map(|x| f32::from_le_bytes(*x))
+            .collect()
+    }
+
+    fn memory_start(&self) -> usize {
+        let registers = self.programs.iter().map(|p| p.register_words(self.width));
+        self.policy.header().registers_start() + registers.sum::<usize>()
+    }
+
+    /// Words of shared memory.
+    pub(super) fn memory_words(&self) -> usize {
+        self.policy.header().words as usize - self.memory_start()
+    }
+}
+
+const fn is_register_or_input(kind: Operand) -> bool {
+    matches!(
+        kind,
+        Operand::S
+            | Operand::V
+            | Operand::M
+            | Operand::VElement
+            | Operand::MElement
+            | Operand::SOrVElement
+    )
+}
+
+/// A team's programs without repetitions: a program that is listed again bids the same and cannot win.
+fn distinct(policy: &Policy<'_>, team: &Team) -> Vec<u16> {
+    let mut seen = BTreeSet::new();
+    let members = policy.tables().members(team).map(|ProgramId(p)| p);
+    members.filter(|program| seen.insert(*program)).collect()
+}
+
+/// For each team those that a decision may visit after it.
+fn below(programs: &[Program], members: &[Vec<u16>]) -> Vec<BTreeSet<u16>> {
+    let next = move |team: usize| {
+        members[team].iter().filter_map(move |program| {
+            match programs[usize::from(*program)].target {
+                Target::Team(TeamId(next)) if next != 0 && usize::from(next) != team => Some(next),
+                _ => None,
+            }
+        })
+    };
+    let reach = |start: usize| {
+        let (mut found, mut open) = (BTreeSet::new(), vec![start]);
+        while let Some(team) = open.pop() {
+            for next in next(team) {
+                if usize::from(next) != start && found.insert(next) {
+                    open.push(usize::from(next));
+                }
+            }
+        }
+        found
+    };
+    (0..members.len()).map(reach).collect()
+}

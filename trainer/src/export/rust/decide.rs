@@ -1,0 +1,185 @@
+//! The walk over teams in Rust.
+
+use std::collections::BTreeSet;
+use std::fmt::{self, Write as _};
+
+use tpg_runtime::tables::{Target, TeamId};
+
+use super::super::plan::{Member, Plan, TeamPlan};
+use super::program::{arguments, name, number};
+
+pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    let header = plan.policy.header();
+    writeln!(
+        out,
+        "\n    /// Chooses the action for an observation; its non-finite elements count as 0."
+    )?;
+    writeln!(
+        out,
+        "    pub fn decide(&mut self, observation: &[f32; INPUTS]) -> Decision {{"
+    )?;
+    writeln!(out, "        let mut x = [0.0; {}];", plan.window)?;
+    let elements = if plan.window == plan.inputs {
+        "observation"
+    } else {
+        "observation.iter().cycle()"
+    };
+    writeln!(
+        out,
+        "        for (x, element) in x.iter_mut().zip({elements}) {{"
+    )?;
+    writeln!(
+        out,
+        "            *x = math::finite(*element);\n        }}\n        let x = &x;"
+    )?;
+    for team in &plan.marked {
+        writeln!(out, "        let mut visited_{team} = false;")?;
+    }
+    for program in &plan.cached {
+        writeln!(out, "        let mut bid_{program} = f32::NAN;")?;
+        if plan.acts(*program) {
+            writeln!(
+                out,
+                "        let mut output_{program} = [0.0; {}];",
+                plan.outputs
+            )?;
+        }
+    }
+    if plan.outputs > 0 {
+        writeln!(out, "        let mut output = [0.0; {}];", plan.outputs)?;
+    }
+    writeln!(
+        out,
+        "        let (mut team, mut winner, mut instructions, mut teams) = (0u16, 0u16, 0u32, 0u16);"
+    )?;
+    writeln!(
+        out,
+        "        for _ in 0..{} {{\n            teams += 1;",
+        plan.reached().count()
+    )?;
+    writeln!(
+        out,
+        "            let mut best = f32::NEG_INFINITY;\n            team = match team {{"
+    )?;
+    for (number, team) in plan.reached() {
+        write_team(out, plan, number, team)?;
+    }
+    writeln!(
+        out,
+        "                _ => break,\n            }};\n        }}"
+    )?;
+    let action = if plan.outputs > 0 {
+        let (low, high) = (number(header.action_low), number(header.action_high));
+        format!("math::map(&output, |x| math::clamp(x, {low}, {high}))")
+    } else {
+        let actions =
+            plan.functions()
+                .into_iter()
+                .filter_map(|f| match plan.program(f.program).target {
+                    Target::Atomic(action) if action != 0 => {
+                        Some(format!("{} => {action}", f.program))
+                    }
+                    _ => None,
+                });
+        let distinct: BTreeSet<String> = actions.collect();
+        let arms: Vec<String> = distinct.into_iter().chain(["_ => 0".to_owned()]).collect();
+        format!("match winner {{ {} }}", arms.join(", "))
+    };
+    writeln!(out, "        let action = {action};")?;
+    writeln!(
+        out,
+        "        Decision {{ action, winner, instructions, teams }}\n    }}"
+    )
+}
+
+fn write_team(out: &mut String, plan: &Plan<'_>, number: u16, team: &TeamPlan) -> fmt::Result {
+    let pad = " ".repeat(20);
+    writeln!(out, "                {number} => {{")?;
+    if plan.marked.contains(&number) {
+        writeln!(out, "{pad}visited_{number} = true;")?;
+    }
+    let always = |m: &&Member| m.unless_visited.is_none() && !plan.cached.contains(&m.program);
+    let certain: u32 = team
+        .members
+        .iter()
+        .filter(always)
+        .map(|m| u32::from(plan.program(m.program).code_len))
+        .sum();
+    writeln!(out, "{pad}instructions += {certain};")?;
+    for member in &team.members {
+        write_member(out, plan, number, *member)?;
+    }
+    let next: Vec<String> = team
+        .members
+        .iter()
+        .filter_map(|m| match plan.program(m.program).target {
+            Target::Team(TeamId(next)) => Some(format!("{} => {next}", m.program)),
+            Target::Atomic(_) => None,
+        })
+        .collect();
+    if next.is_empty() {
+        writeln!(out, "{pad}break\n                }}")
+    } else {
+        writeln!(
+            out,
+            "{pad}match winner {{ {}, _ => break }}\n                }}",
+            next.join(", ")
+        )
+    }
+}
+
+fn write_member(out: &mut String, plan: &Plan<'_>, team: u16, member: Member) -> fmt::Result {
+    let Member {
+        program,
+        unless_visited,
+    } = member;
+    let function = plan.function(program, team);
+    let call = format!(
+        "{}({})",
+        name(function),
+        arguments(plan, function).join(", ")
+    );
+    let (acts, cached) = (plan.acts(program), plan.cached.contains(&program));
+    let length = plan.program(program).code_len;
+    let mut lines = Vec::new();
+    if !cached && unless_visited.is_some() {
+        lines.push(format!("instructions += {length};"));
+    }
+    match (cached, acts) {
+        (true, _) => {
+            let places = if acts {
+                format!("(bid_{program}, output_{program})")
+            } else {
+                format!("bid_{program}")
+            };
+            lines.push(format!("if bid_{program}.is_nan() {{"));
+            lines.push(format!(
+                "    instructions += {length};\n{}    {places} = {call};",
+                " ".repeat(20)
+            ));
+            lines.push("}".to_owned());
+        }
+        (false, true) => lines.push(format!("let (bid_{program}, output_{program}) = {call};")),
+        (false, false) => lines.push(format!("let bid_{program} = {call};")),
+    }
+    let take = if acts {
+        format!(" output = output_{program};")
+    } else {
+        String::new()
+    };
+    lines.push(format!(
+        "if bid_{program} > best {{ best = bid_{program}; winner = {program};{take} }}"
+    ));
+    let pad = " ".repeat(20);
+    if let Some(next) = unless_visited {
+        writeln!(out, "{pad}if !visited_{next} {{")?;
+    }
+    let inner = if unless_visited.is_some() { "    " } else { "" };
+    for line in lines {
+        writeln!(out, "{pad}{inner}{line}")?;
+    }
+    if unless_visited.is_some() {
+        writeln!(out, "{pad}}}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,323 @@
+//! Everything that outlives a decision, in Rust: registers, shared memory, random streams.
+
+use std::collections::BTreeSet;
+use std::fmt::{self, Write as _};
+
+use tpg_runtime::blob::ResetScope;
+use tpg_runtime::tables::{Section, Team};
+
+use super::super::plan::Plan;
+use super::super::text::letter;
+use super::decide::write_decide;
+use super::program::{literal, number};
+
+fn kind(section: Section) -> &'static str {
+    match section {
+        Section::Scalar => "f32",
+        Section::Vector => "Vector",
+        Section::Matrix => "Matrix",
+    }
+}
+
+/// The types of everything that outlives a decision.
+pub(super) fn write_state(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    for program in plan.stateful_programs() {
+        writeln!(
+            out,
+            "\n#[derive(Debug, Clone, Copy)]\nstruct Registers{program} {{"
+        )?;
+        let registers = plan.registers(plan.program(program));
+        for (section, number, _) in &registers {
+            writeln!(out, "    {}{number}: {},", letter(*section), kind(*section))?;
+        }
+        writeln!(
+            out,
+            "}}\n\nimpl Registers{program} {{\n    const INITIAL: Self = Registers{program} {{"
+        )?;
+        for (section, number, values) in &registers {
+            writeln!(
+                out,
+                "        {}{number}: {},",
+                letter(*section),
+                literal(plan, *section, values)
+            )?;
+        }
+        writeln!(out, "    }};\n}}")?;
+    }
+    for (number, team) in plan.remembering() {
+        write_team_memory(out, plan, number, team)?;
+    }
+    if plan.is_indexed() {
+        let cells: Vec<String> = plan.cells.iter().map(u16::to_string).collect();
+        writeln!(
+            out,
+            "\nconst CELLS: [u16; {}] = [{}];",
+            cells.len(),
+            cells.join(", ")
+        )?;
+        out.push_str(INDEXED);
+        let values: Vec<String> = plan.cell_values().into_iter().map(number).collect();
+        writeln!(
+            out,
+            "\nconst CELL_VALUES: [f32; {}] = [{}];",
+            cells.len(),
+            values.join(", ")
+        )?;
+    }
+    Ok(())
+}
+
+const INDEXED: &str = "
+#[derive(Debug, Clone)]
+struct Indexed {
+    stream: IndexedStream,
+    cells: [f32; CELLS.len()],
+}
+
+impl Indexed {
+    fn write(&mut self, registers: [f32; 8]) {
+        let write = self.stream.begin_write();
+        for (cell, place) in CELLS.iter().zip(&mut self.cells) {
+            if let (true, Some(x)) = (write.reaches(*cell), registers.get(usize::from(*cell) % 8)) {
+                *place = *x;
+            }
+        }
+    }
+}
+";
+
+fn write_team_memory(out: &mut String, plan: &Plan<'_>, number: u16, team: &Team) -> fmt::Result {
+    let slots = plan.slots(team);
+    let sections = || Section::ALL.into_iter().filter(|s| team.kept(*s) != 0);
+    writeln!(out, "\n#[derive(Debug, Clone)]\nstruct Memory{number} {{")?;
+    for (section, slot, _) in &slots {
+        writeln!(out, "    {}m{slot}: {},", letter(*section), kind(*section))?;
+    }
+    for section in sections() {
+        writeln!(out, "    {}_stream: Pcg32,", letter(section))?;
+    }
+    writeln!(
+        out,
+        "}}\n\nimpl Memory{number} {{\n    fn new() -> Self {{\n        Memory{number} {{"
+    )?;
+    for (section, slot, values) in &slots {
+        writeln!(
+            out,
+            "            {}m{slot}: {},",
+            letter(*section),
+            literal(plan, *section, values)
+        )?;
+    }
+    for section in sections() {
+        writeln!(
+            out,
+            "            {}_stream: {},",
+            letter(section),
+            stream(team, section, "0")
+        )?;
+    }
+    writeln!(
+        out,
+        "        }}\n    }}\n\n    fn restore(&mut self) {{\n        let fresh = Self::new();"
+    )?;
+    for (section, slot, _) in &slots {
+        let letter = letter(*section);
+        writeln!(out, "        self.{letter}m{slot} = fresh.{letter}m{slot};")?;
+    }
+    writeln!(out, "    }}\n\n    fn seed(&mut self, seed: u64) {{")?;
+    for section in sections() {
+        writeln!(
+            out,
+            "        self.{}_stream = {};",
+            letter(section),
+            stream(team, section, "seed")
+        )?;
+    }
+    writeln!(out, "    }}")?;
+    for section in sections() {
+        let (letter, reference) = (
+            letter(section),
+            if section == Section::Scalar { "" } else { "&" },
+        );
+        let value = if reference.is_empty() { "x" } else { "*x" };
+        writeln!(
+            out,
+            "\n    fn write_{letter}(&mut self, x: {reference}{}) {{",
+            kind(section)
+        )?;
+        writeln!(out, "        match draw_slot(&mut self.{letter}_stream) {{")?;
+        for (_, slot, _) in slots.iter().filter(|(kind, ..)| *kind == section) {
+            writeln!(out, "            {slot} => self.{letter}m{slot} = {value},")?;
+        }
+        writeln!(out, "            _ => {{}}\n        }}\n    }}")?;
+    }
+    writeln!(out, "}}")
+}
+
+fn stream(team: &Team, section: Section, seed: &str) -> String {
+    format!(
+        "slot_stream({seed}, {}, Section::{section:?})",
+        team.stream_key
+    )
+}
+
+pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    let programs = plan.stateful_programs();
+    let teams: Vec<u16> = plan.remembering().map(|(number, _)| number).collect();
+    writeln!(
+        out,
+        "\n/// The policy with its state: registers, shared memory, random streams."
+    )?;
+    writeln!(out, "#[derive(Debug, Clone)]\npub struct Policy {{")?;
+    for program in &programs {
+        writeln!(out, "    program_{program}: Registers{program},")?;
+    }
+    for team in &teams {
+        writeln!(out, "    team_{team}: Memory{team},")?;
+    }
+    if plan.is_indexed() {
+        writeln!(out, "    indexed: Indexed,")?;
+    }
+    writeln!(
+        out,
+        "}}\n\nimpl Policy {{\n    /// As loaded: everything reset, with seed 0."
+    )?;
+    writeln!(
+        out,
+        "    #[must_use]\n    pub fn new() -> Self {{\n        Policy {{"
+    )?;
+    for program in &programs {
+        writeln!(
+            out,
+            "            program_{program}: Registers{program}::INITIAL,"
+        )?;
+    }
+    for team in &teams {
+        writeln!(out, "            team_{team}: Memory{team}::new(),")?;
+    }
+    if plan.is_indexed() {
+        writeln!(
+            out,
+            "            indexed: Indexed {{ stream: IndexedStream::new(0), cells: CELL_VALUES }},"
+        )?;
+    }
+    writeln!(out, "        }}\n    }}")?;
+    write_reset(out, plan, &programs, &teams)?;
+    write_decide(out, plan)?;
+    if plan.memory_words() > 0 {
+        write_memory_access(out, plan)?;
+    }
+    writeln!(out, "}}")
+}
+
+fn write_reset(
+    out: &mut String,
+    plan: &Plan<'_>,
+    programs: &BTreeSet<u16>,
+    teams: &[u16],
+) -> fmt::Result {
+    let scope = plan.policy.header().reset_scope;
+    let carried = matches!(scope, ResetScope::Original | ResetScope::PerGeneration);
+    let episodes = matches!(scope, ResetScope::PerEpisode | ResetScope::EveryDecision);
+    writeln!(
+        out,
+        "\n    /// Begins an agent's evaluation or one of its episodes; the reset scope is {}.",
+        scope.name()
+    )?;
+    writeln!(
+        out,
+        "    ///\n    /// `agent_seed` determines the random streams."
+    )?;
+    writeln!(
+        out,
+        "    pub fn reset(&mut self, what: Reset, agent_seed: u64) {{"
+    )?;
+    if !episodes {
+        writeln!(
+            out,
+            "        if what == Reset::Episode {{\n            return;\n        }}"
+        )?;
+    }
+    for program in programs {
+        writeln!(
+            out,
+            "        self.program_{program} = Registers{program}::INITIAL;"
+        )?;
+    }
+    for team in teams {
+        if !carried {
+            writeln!(out, "        self.team_{team}.restore();")?;
+        }
+        writeln!(out, "        self.team_{team}.seed(agent_seed);")?;
+    }
+    if plan.is_indexed() {
+        if !carried {
+            writeln!(out, "        self.indexed.cells = CELL_VALUES;")?;
+        }
+        writeln!(
+            out,
+            "        self.indexed.stream = IndexedStream::new(agent_seed);"
+        )?;
+    }
+    writeln!(out, "    }}")
+}
+
+/// Copies of the shared memory in state order, for comparisons and for scopes in which it outlives the agent.
+fn write_memory_access(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    let mut places = Vec::new();
+    for (number, team) in plan.remembering() {
+        for (section, slot, _) in plan.slots(team) {
+            let place = format!("self.team_{number}.{}m{slot}", letter(section));
+            places.push(match section {
+                Section::Scalar => (
+                    format!("[{place}]"),
+                    format!("core::slice::from_mut(&mut {place})"),
+                ),
+                Section::Vector => (place.clone(), place),
+                Section::Matrix => (
+                    format!("{place}.as_flattened()"),
+                    format!("{place}.as_flattened_mut()"),
+                ),
+            });
+        }
+    }
+    if plan.is_indexed() {
+        places.push((
+            "self.indexed.cells".to_owned(),
+            "self.indexed.cells".to_owned(),
+        ));
+    }
+    writeln!(
+        out,
+        "\n    /// Memory that programs share: the teams' slots, then the kept cells."
+    )?;
+    writeln!(
+        out,
+        "    #[must_use]\n    pub fn memory(&self) -> [f32; MEMORY] {{"
+    )?;
+    writeln!(
+        out,
+        "        let mut memory = [0.0; MEMORY];\n        let mut places = memory.iter_mut();"
+    )?;
+    for (value, _) in &places {
+        writeln!(
+            out,
+            "        for (x, place) in {value}.iter().zip(&mut places) {{ *place = *x; }}"
+        )?;
+    }
+    writeln!(
+        out,
+        "        memory\n    }}\n\n    /// Overwrites the shared memory, for scopes in which it outlives the agent."
+    )?;
+    writeln!(
+        out,
+        "    pub fn set_memory(&mut self, memory: &[f32; MEMORY]) {{\n        let mut values = memory.iter();"
+    )?;
+    for (_, place) in &places {
+        writeln!(
+            out,
+            "        for (place, x) in {place}.iter_mut().zip(&mut values) {{ *place = math::finite(*x); }}"
+        )?;
+    }
+    writeln!(out, "    }}")
+}

@@ -1,0 +1,73 @@
+//! Text that both languages share.
+
+use std::fmt::Write as _;
+
+use tpg_runtime::isa::Op;
+use tpg_runtime::tables::{Section, Target, TeamId};
+
+use super::plan::Plan;
+
+/// Letters of the kinds of registers and slots, as disassembly has them.
+pub(super) const fn letter(section: Section) -> char {
+    match section {
+        Section::Scalar => 's',
+        Section::Vector => 'v',
+        Section::Matrix => 'm',
+    }
+}
+
+/// The mnemonic as an identifier.
+pub(super) fn identifier(op: Op) -> String {
+    op.mnemonic().replace('-', "_")
+}
+
+/// Lines that say what the module is and what made it, without comment signs.
+pub(super) fn preamble(plan: &Plan<'_>, command: &str) -> Vec<String> {
+    let (header, tables) = (plan.policy.header(), plan.policy.tables());
+    let provenance = header
+        .provenance
+        .iter()
+        .fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        });
+    let line = |text: &str| text.chars().filter(|c| !c.is_control()).collect::<String>();
+    let channel = |(k, (name, unit)): (usize, (&str, &str))| {
+        format!("  {k}: {} [{}]", line(name), line(unit))
+    };
+    let mut lines = vec![
+        format!("A policy for {} ({}), compiled.", line(tables.task), line(tables.observability)),
+        String::new(),
+        format!("Made by: {}", line(command)),
+        format!("Provenance: {provenance}"),
+        format!(
+            "Registers {}, reset {}, memory {}, W = {}; a decision every {} us.",
+            header.register_mode.name(),
+            header.reset_scope.name(),
+            header.memory_model.name(),
+            header.width,
+            header.control_period_us
+        ),
+        "Decides as tpg-runtime does with the policy's file, bit for bit. Do not edit: export it again.".to_owned(),
+        String::new(),
+        "Inputs:".to_owned(),
+    ];
+    lines.extend(plan.policy.inputs().enumerate().map(channel));
+    if plan.outputs > 0 {
+        lines.push(format!(
+            "Outputs, {} to {}:",
+            header.action_low, header.action_high
+        ));
+        lines.extend(plan.policy.outputs().enumerate().map(channel));
+    }
+    lines
+}
+
+/// Where a program leads, in words.
+pub(super) fn target(plan: &Plan<'_>, program: u16) -> String {
+    match plan.program(program).target {
+        Target::Team(TeamId(team)) => format!("team {team}"),
+        Target::Atomic(_) if plan.outputs > 0 => "its action".to_owned(),
+        Target::Atomic(action) => format!("action {action}"),
+    }
+}
