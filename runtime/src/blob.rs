@@ -15,9 +15,10 @@ pub const MAGIC: [u8; 4] = *b"TPGB";
 pub const VERSION: u16 = 1;
 
 /// Bytes of the checksum at the end.
-const CRC_BYTES: usize = 4;
+pub(crate) const CRC_BYTES: usize = 4;
 /// CRC-32 (IEEE 802.3) over header and body, without a table to save flash.
-const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+pub(crate) const CRC: crc::Crc<u32, crc::NoTable> =
+    crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
 /// The body as postcard sees it: byte strings of fixed-width records.
 #[derive(serde::Serialize, serde::Deserialize)]

@@ -1,8 +1,9 @@
 //! The verbs of `tpg`, one file each, and what they share.
 
 mod eval;
+mod external;
 mod failure;
-mod hil;
+
 mod inspect;
 mod presets;
 mod progress;
@@ -39,7 +40,9 @@ enum Verb {
     /// Score an exported policy on test episodes.
     Eval(eval::Args),
     /// Score a policy in the loop: simulator and controller as two processes.
-    Hil(hil::Args),
+    Hil(external::Args),
+    /// Give a board a new policy over its serial line, without flashing it anew.
+    Update(external::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
     /// Decide again what a trace recorded and name the first decision that differs.
@@ -54,7 +57,8 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().verb {
         Verb::Train(args) => train::run(args),
         Verb::Eval(args) => eval::run(args),
-        Verb::Hil(args) => hil::run(&args),
+        Verb::Hil(args) => external::run("tpg-hil", &args),
+        Verb::Update(args) => external::run("tpg-update", &args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),

@@ -1,7 +1,7 @@
 //! QEMU's RISC-V board virt: serial line, instruction counter, free memory.
 
 /// Memory that holds nothing of the program; QEMU can load a file to its start.
-pub const SPARE: *const u8 = 0x8100_0000 as *const u8;
+pub const SPARE: *mut u8 = 0x8100_0000 as *mut u8;
 /// Bytes of [`SPARE`].
 pub const SPARE_BYTES: usize = 16 << 20;
 
