@@ -3,6 +3,7 @@
 mod eval;
 mod external;
 mod failure;
+mod footprint;
 
 mod inspect;
 mod presets;
@@ -45,6 +46,8 @@ enum Verb {
     Update(external::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
+    /// Build firmware for a policy, run it on an emulated board and say what it takes.
+    Footprint(footprint::Args),
     /// Decide again what a trace recorded and name the first decision that differs.
     Replay(replay::Args),
     /// List the presets that `tpg train` knows.
@@ -60,6 +63,7 @@ pub fn main() -> ExitCode {
         Verb::Hil(args) => external::run("tpg-hil", &args),
         Verb::Update(args) => external::run("tpg-update", &args),
         Verb::Inspect(args) => inspect::run(&args),
+        Verb::Footprint(args) => footprint::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
     };

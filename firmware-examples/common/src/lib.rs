@@ -5,6 +5,7 @@
 //! - [`selftest`]: one policy against the run that the host wrote down.
 //! - [`serial`]: a board's side of the serial line of `tpg hil --controller` and `tpg update`.
 //! - [`slots`]: two places for policies, one of which works wherever the power is cut.
+//! - `measure`: what decisions take on this machine, for `tpg footprint`.
 //! - [`ram`]: memory that stands in for flash on emulated boards.
 //! - `sim`: the same for tests on a host, with power cuts.
 //! - `mps2`, `virt`: the few registers of QEMU's boards that the examples touch, each behind a feature of its name.
@@ -13,6 +14,8 @@
 
 #[cfg(target_os = "none")]
 pub mod idle;
+#[cfg(target_os = "none")]
+pub mod measure;
 #[cfg(feature = "mps2")]
 pub mod mps2;
 pub mod pack;

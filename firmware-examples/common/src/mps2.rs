@@ -32,19 +32,46 @@ impl Uart {
     const DATA: Register = Register(0x4000_4000);
     const STATE: Register = Register(0x4000_4004);
     const CONTROL: Register = Register(0x4000_4008);
+    const INTERRUPT: Register = Register(0x4000_400c);
     const DIVIDER: Register = Register(0x4000_4010);
+    /// The processor's registers for the line's interrupt, number 0: enable, no longer pending.
+    const ENABLE: Register = Register(0xe000_e100);
+    const UNPEND: Register = Register(0xe000_e280);
 
     /// Switches the line on; QEMU ignores the rate.
     #[must_use]
     pub fn start() -> Self {
         Self::DIVIDER.write(16);
-        Self::CONTROL.write(3);
+        // Send, receive, interrupt when a byte has come; nobody handles it, it only ends a wait.
+        Self::CONTROL.write(0b1011);
+        #[cfg(target_arch = "arm")]
+        // SAFETY: masks interrupts, of which the examples handle none.
+        unsafe {
+            core::arch::asm!("cpsid i");
+        }
+        Self::ENABLE.write(1);
         Uart(())
     }
 
     /// The next byte, if one has come.
     pub fn read(&mut self) -> Option<u8> {
         (Self::STATE.read() & 2 != 0).then(|| Self::DATA.read() as u8)
+    }
+
+    /// Waits for the next byte, the processor asleep.
+    pub fn wait(&mut self) -> u8 {
+        loop {
+            Self::INTERRUPT.write(2);
+            Self::UNPEND.write(1);
+            if let Some(byte) = self.read() {
+                return byte;
+            }
+            #[cfg(target_arch = "arm")]
+            // SAFETY: sleeps until an interrupt is pending, which a byte since the look above has made it.
+            unsafe {
+                core::arch::asm!("wfi");
+            }
+        }
     }
 
     /// Sends a byte when there is room for it.

@@ -27,6 +27,15 @@ impl Uart {
         })
     }
 
+    /// Waits for the next byte.
+    pub fn wait(&mut self) -> u8 {
+        loop {
+            if let Some(byte) = self.read() {
+                return byte;
+            }
+        }
+    }
+
     /// Sends a byte when there is room for it.
     pub fn write(&mut self, byte: u8) {
         while Self::state() & 0x20 == 0 {}

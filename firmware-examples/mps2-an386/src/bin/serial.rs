@@ -24,10 +24,9 @@ fn main() -> ! {
     };
     let mut uart = mps2::Uart::start();
     loop {
-        if let Some(byte) = uart.read() {
-            for answer in session.take(&mut agent, byte) {
-                uart.write(*answer);
-            }
+        let byte = uart.wait();
+        for answer in session.take(&mut agent, byte) {
+            uart.write(*answer);
         }
     }
 }
