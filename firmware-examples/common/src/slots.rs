@@ -1,17 +1,15 @@
 //! Two places for policies in flash memory: a new one is stored and checked beside the old one, which stays until the new
 //! one has decided. Wherever the power is cut, the next start finds a working policy.
 //!
-//! A slot begins with three marks of 16 bytes, each written once after an erasure, then comes the policy's file:
+//! A slot begins with two marks of 16 bytes, each written once after an erasure, then comes the policy's file:
 //!
 //! | at | mark | written |
 //! |---|---|---|
 //! | 0 | record: `TPGS`, sequence number, bytes of the policy, CRC-32 of these | when the policy has been checked |
-//! | 16 | tried | before it is used for the first time |
-//! | 32 | confirmed | when it has decided |
-//! | 64 | the policy's file | first |
+//! | 16 | confirmed | when it has decided |
+//! | 32 | the policy's file | first |
 //!
-//! A start uses the newest checked policy, unless that has been tried and not confirmed; then the other one; where there
-//! is none, the one that the firmware was built with.
+//! A start uses the newest confirmed policy; where there is none, the one that the firmware was built with.
 
 use core::ops::Range;
 
@@ -29,9 +27,8 @@ pub trait Flash: NorFlash {
 
 const MAGIC: [u8; 4] = *b"TPGS";
 const MARK: usize = 16;
-const TRIED: u32 = 16;
-const CONFIRMED: u32 = 32;
-const POLICY: u32 = 64;
+const CONFIRMED: u32 = 16;
+const POLICY: u32 = 32;
 const SET: [u8; MARK] = [0x5a; MARK];
 
 /// A policy in a slot.
@@ -72,18 +69,8 @@ impl<F: Flash> Slots<F> {
             confirmed: true,
             incoming: None,
         };
-        let mut found = [0, 1].map(|slot| slots.found(slot, &fits));
-        found.sort_unstable_by_key(|found| core::cmp::Reverse(found.map(|f| f.sequence)));
-        for found in found.into_iter().flatten() {
-            let confirmed = slots.mark(found.slot, CONFIRMED) == SET;
-            let tried = slots.mark(found.slot, TRIED) != [0xff; MARK];
-            // A memory that cannot be marked would try the policy again and again: it stays untried.
-            if confirmed || (!tried && slots.set(found.slot, TRIED).is_ok()) {
-                slots.active = Some(found);
-                slots.confirmed = confirmed;
-                break;
-            }
-        }
+        let confirmed = [0, 1].map(|slot| slots.found(slot, &fits));
+        slots.active = (confirmed.into_iter().flatten()).max_by_key(|found| found.sequence);
         slots
     }
 
@@ -104,7 +91,8 @@ impl<F: Flash> Slots<F> {
     pub fn decided(&mut self) {
         if let (false, Some(found)) = (self.confirmed, self.active) {
             // A mark that cannot be written is tried again after the next decision.
-            self.confirmed = self.set(found.slot, CONFIRMED).is_ok();
+            let mark = self.start(found.slot) + CONFIRMED;
+            self.confirmed = self.flash.write(mark, &SET).is_ok();
         }
     }
 
@@ -197,8 +185,6 @@ impl<F: Flash> Slots<F> {
         let start = self.start(found.slot);
         let written = self.flash.write(start, &encode(&found));
         written.map_err(|_| (Refusal::Memory, start))?;
-        self.set(found.slot, TRIED)
-            .map_err(|_| (Refusal::Memory, start + TRIED))?;
         self.active = Some(found);
         self.confirmed = false;
         Ok(())
@@ -224,11 +210,6 @@ impl<F: Flash> Slots<F> {
         self.flash.mapped(from..from + MARK as u32)
     }
 
-    fn set(&mut self, slot: u32, at: u32) -> Result<(), F::Error> {
-        let from = self.start(slot) + at;
-        self.flash.write(from, &SET)
-    }
-
     /// The record of a slot, if it was written to its end.
     fn record(&self, slot: u32) -> Option<Found> {
         let (fields, _) = self.mark(slot, 0).as_chunks::<4>();
@@ -244,9 +225,12 @@ impl<F: Flash> Slots<F> {
         (whole && found.bytes <= self.size() - POLICY).then_some(found)
     }
 
-    /// The policy of a slot, if it is whole, valid and fits.
+    /// The policy of a slot, if it has decided, is valid and fits.
     fn found(&self, slot: u32, fits: impl Fn(&Policy<'static>) -> bool) -> Option<Found> {
         let found = self.record(slot)?;
+        if self.mark(slot, CONFIRMED) != SET {
+            return None;
+        }
         let policy = Policy::load(self.file(slot, found.bytes)).ok()?;
         fits(&policy).then_some(found)
     }
