@@ -71,7 +71,7 @@ impl<'a> Policy<'a> {
             require("memory image words", kept, count(tables.memory))?;
         }
         let labels = usize::from(header.observation_len) + header.outputs();
-        let lines = tables.labels.lines();
+        let lines = tables.labels.split_terminator('\n');
         if lines.clone().count() != labels || !lines.into_iter().all(is_label) {
             return Err(VerifyError::Labels);
         }
@@ -129,7 +129,7 @@ impl<'a> Policy<'a> {
 }
 
 fn labels(text: &str) -> impl Iterator<Item = (&str, &str)> {
-    text.lines()
+    text.split_terminator('\n')
         .map(|line| line.split_once('\t').unwrap_or_default())
 }
 
