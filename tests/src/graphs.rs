@@ -56,10 +56,10 @@ fn graph(number: u64) -> Vec<u8> {
     draft.header.window = INPUTS.max(width * width) + INPUTS;
     draft.header.initial_values = InitialValues::Evolved;
     draft.header.groups = groups.iter().map(|g| g.bit()).sum();
-    if (number / 2) % 2 == 0 {
+    if (number / 2).is_multiple_of(2) {
         draft.header.action_kind = ActionKind::Continuous;
         // One output, or several.
-        draft.header.actions = if (number / 4) % 2 == 0 {
+        draft.header.actions = if (number / 4).is_multiple_of(2) {
             1
         } else {
             width.min(3)
