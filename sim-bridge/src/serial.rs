@@ -1,6 +1,6 @@
 //! A controller at the other end of a serial line: a board, or an emulated one behind a socket.
 //!
-//! [`Line`] asks and waits, sends again what was lost; [`SerialLink`] makes it a controller's transport; [`update`]
+//! [`Line`] asks and waits, sends again what was lost; `SerialLink` makes it a controller's transport; [`update`]
 //! gives a board a new policy. What travels is `tpg_runtime::wire`.
 
 mod line;

@@ -1,5 +1,7 @@
 //! A board at the other end of a serial line: the firmware's own code, behind a line that loses and garbles bytes.
 
+#![cfg(feature = "plant")]
+
 mod support;
 
 use std::io::{Read, Write};
@@ -36,7 +38,8 @@ const CLEAN: Faults = Faults {
 impl Faults {
     /// Hands on what survives.
     fn pass(self, noise: &mut Generator, bytes: &[u8]) -> Vec<u8> {
-        let strikes = |noise: &mut Generator, one_in: u64| one_in > 0 && noise.bits() % one_in == 0;
+        let strikes =
+            |noise: &mut Generator, one_in: u64| one_in > 0 && noise.bits().is_multiple_of(one_in);
         let mut passed = Vec::new();
         for byte in bytes {
             if strikes(noise, self.lost) {

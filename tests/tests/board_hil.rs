@@ -7,7 +7,9 @@ use std::process::{Child, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use tpg_tests::firmware::{Board, M3, M4F, RISCV, repository};
+#[cfg(feature = "mujoco")]
+use tpg_tests::firmware::M3;
+use tpg_tests::firmware::{Board, M4F, RISCV, repository};
 use tpg_tests::golden;
 use tpg_tests::process::{stderr, text, tpg, tpg_json, tpg_ok};
 
