@@ -19,6 +19,8 @@ test: setup ## Run all tests
 
 lint: setup ## Check formatting, lints and documentation, warnings being errors
 	cargo fmt --all --check
+	rustfmt --edition 2024 --check firmware-examples/*/src/bin/*.rs
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy --workspace --all-targets --no-default-features -- -D warnings
+	cd firmware-examples/common && cargo clippy --all-targets --all-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps

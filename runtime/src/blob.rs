@@ -15,14 +15,16 @@ pub const MAGIC: [u8; 4] = *b"TPGB";
 pub const VERSION: u16 = 1;
 
 /// Bytes of the checksum at the end.
-const CRC_BYTES: usize = 4;
-/// CRC-32 (IEEE 802.3) over header and body, without a table to save flash.
+pub(crate) const CRC_BYTES: usize = 4;
+/// How checksums are computed: in as little flash as possible, or by a table of 16 KiB.
 #[cfg(not(feature = "fast-checksum"))]
-const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
-/// The same by a table.
+pub(crate) type Checksum = crc::NoTable;
 #[cfg(feature = "fast-checksum")]
-static CRC: crc::Crc<u32, crc::Table<16>> =
-    crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
+pub(crate) type Checksum = crc::Table<16>;
+
+/// CRC-32 (IEEE 802.3) over header and body.
+pub(crate) static CRC: crc::Crc<u32, Checksum> =
+    crc::Crc::<u32, Checksum>::new(&crc::CRC_32_ISO_HDLC);
 
 /// The body as postcard sees it: byte strings of fixed-width records.
 #[derive(serde::Serialize, serde::Deserialize)]

@@ -18,6 +18,7 @@
 //! |---|---|---|
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob about twenty times faster, by a table of 16 KiB; results stay the same | off |
+//! | `wire` | what host and board say to each other over a serial line | off |
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(
@@ -58,6 +59,8 @@ pub mod trace;
 mod trace;
 mod verify;
 mod width;
+#[cfg(feature = "wire")]
+pub mod wire;
 
 pub use action::Action;
 pub use agent::{Agent, CapacityError, Decision, HostAgent, ObservationError, Reset};

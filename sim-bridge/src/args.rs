@@ -38,6 +38,16 @@ pub struct PaceArgs {
     pub seconds: Option<u64>,
 }
 
+/// Whether the controller is a board.
+#[cfg(feature = "plant")]
+#[derive(Debug, Clone, clap::Args)]
+pub struct ControllerArgs {
+    /// The controller is a board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits a second), or of a
+    /// Unix socket.
+    #[arg(long, value_name = "serial:PATH")]
+    pub controller: Option<crate::serial::SerialPath>,
+}
+
 /// Which run to join, and how.
 #[derive(Debug, Clone, clap::Args)]
 pub struct LinkArgs {

@@ -34,8 +34,7 @@ impl Contract {
     pub fn new(policy: &Policy<'_>, blob: &[u8]) -> Result<Self, BridgeError> {
         let header = policy.header();
         let inputs = usize::from(header.observation_len);
-        fits("inputs", inputs, MAX_OBSERVATION)?;
-        fits("outputs", header.outputs(), MAX_ACTION)?;
+        check_sizes(header)?;
         let rows = [
             ("message layout", format!("{LAYOUT:016x}")),
             ("blob format", VERSION.to_string()),
@@ -95,6 +94,12 @@ impl Contract {
             .collect();
         Some((text.join("; "), advice))
     }
+}
+
+/// Whether observation and action fit a message.
+pub(crate) fn check_sizes(header: &Header) -> Result<(), BridgeError> {
+    fits("inputs", header.observation_len.into(), MAX_OBSERVATION)?;
+    fits("outputs", header.outputs(), MAX_ACTION)
 }
 
 fn fits(what: &'static str, got: usize, limit: usize) -> Result<(), BridgeError> {

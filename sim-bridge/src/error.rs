@@ -152,6 +152,57 @@ pub enum BridgeError {
         /// The value that it names.
         got: u32,
     },
+    /// The serial line cannot be opened.
+    #[error("cannot open {path}: is the board plugged in, and may you use its line?")]
+    CannotOpen {
+        /// The line.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The serial line broke.
+    #[error("controller at {path} is gone: unplugged or switched off?")]
+    Unplugged {
+        /// The line.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The board does not answer, or nothing that can be read.
+    #[error(
+        "controller at {path} has not answered for {waited_ms} ms ({resent} requests sent again, {damaged} damaged \
+         frames came): does it run the firmware `serial`, at this rate?"
+    )]
+    NoAnswer {
+        /// The line.
+        path: String,
+        /// For how long.
+        waited_ms: u128,
+        /// Requests that were sent again.
+        resent: u64,
+        /// Damaged frames that came instead.
+        damaged: u64,
+    },
+    /// The board runs another policy, or talks otherwise.
+    #[error("controller at {path} does not match: {difference}; {advice}")]
+    OtherBoard {
+        /// The line.
+        path: String,
+        /// What differs, with both values.
+        difference: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The board refused a request.
+    #[error("controller at {path} refused the request: {reason} {detail}")]
+    BoardRefused {
+        /// The line.
+        path: String,
+        /// Why.
+        reason: &'static str,
+        /// The number that this is about.
+        detail: u32,
+    },
     /// The process cannot be told when the user asks to stop.
     #[error("cannot watch for Ctrl-C")]
     Signals(#[from] ctrlc::Error),
@@ -187,7 +238,12 @@ impl BridgeError {
             | Self::Silent { .. }
             | Self::OutOfStep { .. }
             | Self::Nonsense { .. }
-            | Self::Refused { .. } => 4,
+            | Self::Refused { .. }
+            | Self::CannotOpen { .. }
+            | Self::Unplugged { .. }
+            | Self::NoAnswer { .. }
+            | Self::OtherBoard { .. }
+            | Self::BoardRefused { .. } => 4,
             Self::Interrupted => 130,
         }
     }

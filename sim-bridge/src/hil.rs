@@ -12,7 +12,7 @@ use anyhow::{Context as _, anyhow};
 use clap::Parser;
 use tpg_trainer::cli::{Failure, ScoreArgs, Status};
 
-use crate::args::{PaceArgs, TimeoutArgs};
+use crate::args::{ControllerArgs, PaceArgs, TimeoutArgs};
 use crate::interrupt;
 use crate::outcome::{failure, status_of_code};
 use crate::run::{self, RunName};
@@ -43,6 +43,9 @@ pub struct HilArgs {
     /// Whether the clock waits.
     #[command(flatten)]
     _pace: PaceArgs,
+    /// Whether the controller is a board.
+    #[command(flatten)]
+    controller: ControllerArgs,
     /// How long to wait.
     #[command(flatten)]
     timeout: TimeoutArgs,
@@ -65,20 +68,27 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
             .args(forwarded)
             .stdout(Stdio::piped());
     })?;
-    let mut controller = Part::start(CONTROLLER, &controller_path, |command| {
-        let timeout_ms = args.timeout.timeout_ms.to_string();
-        command
-            .args([
-                "--run",
-                &name,
-                "--attached",
-                "--timeout-ms",
-                &timeout_ms,
-                "--",
-            ])
-            .arg(&setup.file)
-            .stdout(Stdio::null());
-    })?;
+    let start_controller = || {
+        Part::start(CONTROLLER, &controller_path, |command| {
+            let timeout_ms = args.timeout.timeout_ms.to_string();
+            command
+                .args([
+                    "--run",
+                    &name,
+                    "--attached",
+                    "--timeout-ms",
+                    &timeout_ms,
+                    "--",
+                ])
+                .arg(&setup.file)
+                .stdout(Stdio::null());
+        })
+    };
+    // A board is there already.
+    let mut controller = match args.controller.controller {
+        Some(_) => None,
+        None => Some(start_controller()?),
+    };
     let output = plant.child.stdout.take();
     // Read all along, so that the plant never waits for room in the pipe.
     let reader = thread::spawn(move || {
@@ -86,8 +96,9 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
         output.map_or(Ok(0), |mut pipe| pipe.read_to_end(&mut text))?;
         Ok::<_, io::Error>(text)
     });
-    let watched = watch(&mut plant, &mut controller);
-    if plant.killed || controller.killed || watched.is_err() {
+    let watched = watch(&mut plant, controller.as_mut());
+    let controller_killed = controller.as_ref().is_some_and(|part| part.killed);
+    if plant.killed || controller_killed || watched.is_err() {
         drop((plant, controller));
         run::sweep();
     }
@@ -192,14 +203,16 @@ fn sibling(name: &str) -> Result<PathBuf, Failure> {
     }
 }
 
-/// Waits until both have ended; kills the one that does not follow the other in time.
-fn watch(plant: &mut Part, controller: &mut Part) -> Result<(), Failure> {
+/// Waits until all have ended; kills the one that does not follow the other in time.
+fn watch(plant: &mut Part, controller: Option<&mut Part>) -> Result<(), Failure> {
+    let mut parts: Vec<&mut Part> = [Some(plant), controller].into_iter().flatten().collect();
     let mut interrupted = None;
     loop {
-        plant.look()?;
-        controller.look()?;
-        let ends = [&*plant, &*controller].map(|part| part.ended.map(|(_, at)| at));
-        if let [Some(_), Some(_)] = ends {
+        for part in &mut parts {
+            part.look()?;
+        }
+        let ends: Vec<_> = parts.iter().map(|p| p.ended.map(|(_, at)| at)).collect();
+        if ends.iter().all(Option::is_some) {
             break;
         }
         if interrupt::requested() {
@@ -208,24 +221,24 @@ fn watch(plant: &mut Part, controller: &mut Part) -> Result<(), Failure> {
         // Where one has failed, the other has the time to say what it saw before it is stopped.
         let waited = ends.into_iter().flatten().min().map(|end| end.elapsed());
         if interrupted.is_some() || waited.is_some_and(|waited| waited >= GRACE) {
-            plant.stop();
-            controller.stop();
+            parts.iter_mut().for_each(|part| part.stop());
         }
         let overdue = waited.is_some_and(|waited| waited >= 2 * GRACE)
             || interrupted.is_some_and(|since: Instant| since.elapsed() >= GRACE);
         if overdue {
-            plant.kill()?;
-            controller.kill()?;
+            for part in &mut parts {
+                part.kill()?;
+            }
         }
         thread::sleep(LOOK_INTERVAL);
     }
     if interrupt::requested() {
         return Err(Failure::new(Status::Interrupted, anyhow!("interrupted")));
     }
-    let failures = [plant.failure(), controller.failure()];
-    match failures.into_iter().flatten().min_by_key(|(at, _)| *at) {
+    let failures = parts.iter().filter_map(|part| part.failure());
+    match failures.min_by_key(|(at, _)| *at) {
         Some((_, failure)) => Err(failure),
-        None if plant.killed => Err(Failure::peer(anyhow!("loop broke off: {PLANT} stalled"))),
+        None if parts[0].killed => Err(Failure::peer(anyhow!("loop broke off: {PLANT} stalled"))),
         None => Ok(()),
     }
 }

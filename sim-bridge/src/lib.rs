@@ -13,6 +13,7 @@
 //!   returns are those of lock-step in every bit. docs/bridge.md says what happens on a miss.
 //! - [`Link`]: connects, checks the [`Contract`] of both sides, carries messages with a deadline on every wait.
 //! - [`message`]: what goes through shared memory.
+//! - `serial`: the way to a board, in place of shared memory and the other process.
 //! - [`BridgeError`]: what can go wrong, with the exit status it leads to.
 //!
 //! | feature | effect | default |
@@ -40,10 +41,16 @@ mod plant;
 mod realtime;
 mod run;
 #[cfg(feature = "plant")]
+pub mod serial;
+#[cfg(feature = "plant")]
 mod timing;
+#[cfg(feature = "plant")]
+mod transport;
+#[cfg(feature = "plant")]
+pub mod update;
 
 #[cfg(feature = "plant")]
-pub use args::PaceArgs;
+pub use args::{ControllerArgs, PaceArgs};
 pub use args::{LinkArgs, TimeoutArgs};
 pub use contract::Contract;
 pub use controller::Server;
@@ -58,3 +65,5 @@ pub use realtime::Paced;
 pub use run::{RunName, sweep};
 #[cfg(feature = "plant")]
 pub use timing::{Counts, Latency, Timing};
+#[cfg(feature = "plant")]
+pub use transport::Losses;

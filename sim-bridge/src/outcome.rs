@@ -7,6 +7,7 @@ use tpg_trainer::cli::{Failure, Report, Status};
 
 use crate::error::BridgeError;
 use crate::timing::{Latency, Timing};
+use crate::transport::Losses;
 
 /// The result of a loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Outcome {
     pub latency: Latency,
     /// How it kept to real time, if it had to.
     pub timing: Option<Timing>,
+    /// What was lost on the serial line, if there was one.
+    pub losses: Option<Losses>,
 }
 
 impl Outcome {
@@ -32,6 +35,9 @@ impl Outcome {
             if let Some(timing) = self.timing {
                 object["realtime"] = timing.to_json();
             }
+            if let Some(losses) = self.losses {
+                object["serial"] = losses.to_json();
+            }
             writeln!(out, "{object}")?;
         } else {
             writeln!(out, "{self}")?;
@@ -43,7 +49,9 @@ impl Outcome {
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}\n{}", self.report, self.latency)?;
-        self.timing.map_or(Ok(()), |timing| write!(f, "\n{timing}"))
+        self.timing
+            .map_or(Ok(()), |timing| write!(f, "\n{timing}"))?;
+        self.losses.map_or(Ok(()), |losses| write!(f, "\n{losses}"))
     }
 }
 

@@ -12,12 +12,16 @@ use crate::error::BridgeError;
 use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
+use crate::serial::{SerialLink, SerialPath};
 use crate::timing::{Latency, histogram_ns, nanoseconds};
+use crate::transport::{Losses, Transport};
 
 /// The controller at the other end of a link.
 #[derive(Debug)]
 pub struct RemoteController {
-    link: Link<ObservationMessage, ActionMessage>,
+    transport: Box<dyn Transport>,
+    /// Of a controller that is a process.
+    controller_pid: Option<u32>,
     header: Header,
     request: ObservationMessage,
     reply: ActionMessage,
@@ -39,10 +43,34 @@ impl RemoteController {
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
         let contract = Contract::new(policy, blob)?;
-        let round_trips_ns = histogram_ns()?;
         let link = Link::connect(run, &contract, timeout)?;
+        let controller_pid = Some(link.peer_pid());
+        Self::new(policy, Box::new(link), controller_pid)
+    }
+
+    /// Opens a serial line to a board, which must run the policy of the same bytes.
+    ///
+    /// # Errors
+    /// [`BridgeError::TooLarge`] if observation or action do not fit a message, else those of the line.
+    pub fn connect_serial(
+        policy: &Policy<'_>,
+        blob: &[u8],
+        place: &SerialPath,
+        timeout: Duration,
+    ) -> Result<Self, BridgeError> {
+        let link = SerialLink::connect(policy, blob, place, timeout)?;
+        Self::new(policy, Box::new(link), None)
+    }
+
+    fn new(
+        policy: &Policy<'_>,
+        transport: Box<dyn Transport>,
+        controller_pid: Option<u32>,
+    ) -> Result<Self, BridgeError> {
+        let round_trips_ns = histogram_ns()?;
         Ok(RemoteController {
-            link,
+            transport,
+            controller_pid,
             header: *policy.header(),
             request: ObservationMessage::empty(),
             reply: ActionMessage::empty(),
@@ -52,26 +80,27 @@ impl RemoteController {
         })
     }
 
-    /// Process number of the controller.
+    /// Process number of the controller; none of a board.
     #[must_use]
-    pub const fn controller_pid(&self) -> u32 {
-        self.link.peer_pid()
+    pub const fn controller_pid(&self) -> Option<u32> {
+        self.controller_pid
     }
 
-    /// Ends the loop and says how long decisions took.
+    /// Ends the loop and says how long decisions took, and what was lost on a serial line.
     ///
     /// # Errors
     /// Where the controller does not confirm.
-    pub fn finish(self) -> Result<Latency, BridgeError> {
-        Ok(self.finish_counted()?.0)
-    }
-
-    /// As [`finish`](Self::finish), with the number of answers that came too late.
-    pub(crate) fn finish_counted(mut self) -> Result<(Latency, u64), BridgeError> {
+    pub fn finish(mut self) -> Result<(Latency, Option<Losses>), BridgeError> {
         self.request.len = 0;
         self.exchange(Request::Shutdown)?;
         self.expect(Response::Ready)?;
-        Ok((Latency::new(&self.round_trips_ns), self.late_answers))
+        let latency = Latency::new(&self.round_trips_ns);
+        Ok((latency, self.transport.losses()))
+    }
+
+    /// Answers that came too late, in real time.
+    pub(crate) const fn late_answers(&self) -> u64 {
+        self.late_answers
     }
 
     /// What the policy's header says.
@@ -92,7 +121,7 @@ impl RemoteController {
 
     fn await_reply(&mut self) -> Result<(), BridgeError> {
         loop {
-            let reply = self.link.receive()?;
+            let reply = self.transport.receive()?;
             if self.accept(reply)? {
                 return Ok(());
             }
@@ -102,7 +131,7 @@ impl RemoteController {
     fn send(&mut self, kind: Request) -> Result<(), BridgeError> {
         self.request.seq += 1;
         self.request.kind = kind.code();
-        self.link.send(&self.request)
+        self.transport.send(&self.request)
     }
 
     /// Sends an observation with this kind of request.
@@ -122,7 +151,7 @@ impl RemoteController {
 
     /// Looks for the answer to the last request, without waiting; drops late ones before it.
     pub(crate) fn poll(&mut self) -> Result<bool, BridgeError> {
-        while let Some(reply) = self.link.poll()? {
+        while let Some(reply) = self.transport.poll()? {
             if self.accept(reply)? {
                 return Ok(true);
             }
@@ -131,8 +160,8 @@ impl RemoteController {
     }
 
     /// Finds out why there has been no answer for a while.
-    pub(crate) fn look(&self, waited: Duration) -> Result<(), BridgeError> {
-        self.link.look(waited)
+    pub(crate) fn look(&mut self, waited: Duration) -> Result<(), BridgeError> {
+        self.transport.look(waited)
     }
 
     /// Takes the reply to the last request; `false` if it answers an earlier one.

@@ -13,6 +13,7 @@ use crate::link::LIVENESS_INTERVAL;
 use crate::message::Request;
 use crate::plant::RemoteController;
 use crate::timing::{Counts, Latency, Timing, histogram_ns, nanoseconds};
+use crate::transport::Losses;
 
 /// Time before a deadline from which on the plant polls rather than sleeps, since sleepers wake up late.
 const MARGIN: Duration = Duration::from_micros(400);
@@ -75,15 +76,16 @@ impl Paced {
         })
     }
 
-    /// Ends the loop and says how long decisions took and how the periods went.
+    /// Ends the loop and says how long decisions took, what was lost on a serial line, and how the periods went.
     ///
     /// # Errors
     /// Where the controller does not confirm.
-    pub fn finish(self) -> Result<(Latency, Timing), BridgeError> {
+    pub fn finish(self) -> Result<(Latency, Option<Losses>, Timing), BridgeError> {
         let period_us = self.remote.header().control_period_us;
-        let (latency, late_answers) = self.remote.finish_counted()?;
+        let late_answers = self.remote.late_answers();
+        let (latency, losses) = self.remote.finish()?;
         let timing = Timing::new(period_us, &self.jitter_ns, self.counts, late_answers);
-        Ok((latency, timing))
+        Ok((latency, losses, timing))
     }
 
     /// Waits for the deadline; whether the answer had come by then.

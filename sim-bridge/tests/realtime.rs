@@ -183,7 +183,7 @@ fn late_answer_is_dropped_and_the_last_action_held() {
             assert!(seq != LATE || values[0].to_bits() != own.to_bits());
             held = values[0];
         }
-        let (latency, timing) = paced.finish().unwrap();
+        let (latency, _, timing) = paced.finish().unwrap();
         assert!(
             timing.counts.misses >= 1 && timing.late_answers >= 1,
             "{timing:?}"
@@ -239,7 +239,7 @@ fn last_action_is_held_as_often_as_asked_then_the_safe_one_applied() {
             assert_eq!(actions, if answered { [1, 1, 1, 0, 0, 0] } else { [0; 6] });
             held += if answered { 2 } else { 0 };
         }
-        let (_, timing) = paced.finish().unwrap();
+        let (_, _, timing) = paced.finish().unwrap();
         assert!(held > 0 && timing.counts.held == held, "{timing:?}");
         assert_eq!(timing.counts.safe, timing.counts.misses - held);
         // Each reset was confirmed after a row of misses; the last one is followed by the end.

@@ -1,8 +1,10 @@
 //! Helpers of the tests that span the crates.
 
 pub mod draft;
+pub mod firmware;
 pub mod fixtures;
 pub mod golden;
+pub mod graphs;
 pub mod ops;
 pub mod process;
 pub mod random;

@@ -2,8 +2,10 @@
 
 mod eval;
 mod export;
+mod external;
 mod failure;
-mod hil;
+mod footprint;
+
 mod inspect;
 mod presets;
 mod progress;
@@ -40,11 +42,15 @@ enum Verb {
     /// Score an exported policy on test episodes.
     Eval(eval::Args),
     /// Score a policy in the loop: simulator and controller as two processes.
-    Hil(hil::Args),
+    Hil(external::Args),
+    /// Give a board a new policy over its serial line, without flashing it anew.
+    Update(external::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
     /// Write a policy as source code, in Rust or C, that decides alike.
     Export(export::Args),
+    /// Build firmware for a policy, run it on an emulated board and say what it takes.
+    Footprint(footprint::Args),
     /// Decide again what a trace recorded and name the first decision that differs.
     Replay(replay::Args),
     /// List the presets that `tpg train` knows.
@@ -57,9 +63,11 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().verb {
         Verb::Train(args) => train::run(args),
         Verb::Eval(args) => eval::run(args),
-        Verb::Hil(args) => hil::run(&args),
+        Verb::Hil(args) => external::run("tpg-hil", &args),
+        Verb::Update(args) => external::run("tpg-update", &args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Export(args) => export::run(&args),
+        Verb::Footprint(args) => footprint::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
     };

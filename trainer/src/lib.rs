@@ -5,6 +5,7 @@ pub mod disassemble;
 pub mod eval;
 pub mod evolve;
 pub mod export;
+pub mod footprint;
 pub mod lower;
 pub mod session;
 pub mod stats;

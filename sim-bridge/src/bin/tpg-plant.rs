@@ -7,7 +7,8 @@ use clap::Parser;
 use tpg_runtime::Policy;
 use tpg_sim_bridge::message::Role;
 use tpg_sim_bridge::{
-    BridgeError, LinkArgs, Outcome, PaceArgs, Paced, RemoteController, failure, status,
+    BridgeError, ControllerArgs, LinkArgs, Outcome, PaceArgs, Paced, RemoteController, failure,
+    status,
 };
 use tpg_trainer::cli::{Failure, ScoreArgs, Status};
 use tpg_trainer::eval::{EvaluationError, evaluate};
@@ -29,6 +30,8 @@ struct Args {
     #[command(flatten)]
     pace: PaceArgs,
     #[command(flatten)]
+    controller: ControllerArgs,
+    #[command(flatten)]
     link: LinkArgs,
 }
 
@@ -44,18 +47,28 @@ fn main() -> ExitCode {
 }
 
 fn run(args: Args) -> Result<(), Failure> {
-    let Args { score, pace, link } = args;
+    let Args {
+        score,
+        pace,
+        controller,
+        link,
+    } = args;
     let setup = score.resolve()?;
     let mut arena = setup.arena()?;
     let policy = Policy::load(&setup.blob).map_err(Failure::bad_input)?;
     link.prepare().map_err(failure)?;
-    let connected =
-        RemoteController::connect(&policy, &setup.blob, &link.run, link.timeout.timeout());
+    let (blob, timeout) = (&setup.blob, link.timeout.timeout());
+    let connected = match &controller.controller {
+        Some(place) => RemoteController::connect_serial(&policy, blob, place, timeout),
+        None => RemoteController::connect(&policy, blob, &link.run, timeout),
+    };
     let remote = connected.map_err(failure)?;
-    link.announce(Role::Controller, remote.controller_pid());
+    if let Some(pid) = remote.controller_pid() {
+        link.announce(Role::Controller, pid);
+    }
     let cut_short =
         |error: EvaluationError<BridgeError>| Failure::new(status(&error.source), error);
-    let (episodes, latency, timing) = if pace.realtime {
+    let (episodes, latency, losses, timing) = if pace.realtime {
         let paced = Paced::new(remote, pace.max_misses).map_err(failure)?;
         let mut controller = setup.disturbed(&arena, paced)?;
         let start = Instant::now();
@@ -69,19 +82,20 @@ fn run(args: Args) -> Result<(), Failure> {
         let seeds = (setup.endless_seeds().take(count))
             .take_while(|_| seconds.is_none_or(|seconds| start.elapsed() < seconds));
         let episodes = evaluate(&mut arena, &mut controller, seeds).map_err(cut_short)?;
-        let (latency, timing) = controller.into_inner().finish().map_err(failure)?;
-        (episodes, latency, Some(timing))
+        let (latency, losses, timing) = controller.into_inner().finish().map_err(failure)?;
+        (episodes, latency, losses, Some(timing))
     } else {
         let mut controller = setup.disturbed(&arena, remote)?;
         let seeds = setup.episode_seeds();
         let episodes = evaluate(&mut arena, &mut controller, seeds).map_err(cut_short)?;
-        let latency = controller.into_inner().finish().map_err(failure)?;
-        (episodes, latency, None)
+        let (latency, losses) = controller.into_inner().finish().map_err(failure)?;
+        (episodes, latency, losses, None)
     };
     let outcome = Outcome {
         report: setup.report(&episodes),
         latency,
         timing,
+        losses,
     };
     outcome.print(setup.json)
 }

@@ -1,4 +1,4 @@
-//! `tpg hil`: an external subcommand, so that the trainer need not depend on the bridge.
+//! `tpg hil` and `tpg update`: external subcommands, so that the trainer need not depend on the bridge.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -6,28 +6,26 @@ use std::process::Command;
 
 use super::{Failure, Status};
 
-const PROGRAM: &str = "tpg-hil";
-
-/// Arguments of `tpg hil`, handed on as they are.
+/// Arguments of an external subcommand, handed on as they are.
 #[derive(Debug, clap::Args)]
 #[command(disable_help_flag = true)]
 pub(super) struct Args {
-    /// The arguments of `tpg eval`, and more; `tpg hil --help` lists them.
+    /// Its arguments; `--help` lists them.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<OsString>,
 }
 
-/// Runs `tpg-hil` from beside this executable, else from the search path.
-pub(super) fn run(args: &Args) -> Result<Status, Failure> {
-    let beside = std::env::current_exe()?.with_file_name(PROGRAM);
+/// Runs a program of the bridge from beside this executable, else from the search path.
+pub(super) fn run(name: &str, args: &Args) -> Result<Status, Failure> {
+    let beside = std::env::current_exe()?.with_file_name(name);
     let program = if beside.is_file() {
         beside
     } else {
-        PathBuf::from(PROGRAM)
+        PathBuf::from(name)
     };
     let error = replace(Command::new(&program).args(&args.arguments));
     Err(Failure::usage(anyhow::Error::from(error).context(format!(
-        "cannot start {PROGRAM}, which is neither beside this executable nor on the search path; \
+        "cannot start {name}, which is neither beside this executable nor on the search path; \
          build it with `cargo build --release -p tpg-sim-bridge`"
     ))))
 }

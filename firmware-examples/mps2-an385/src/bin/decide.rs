@@ -1,0 +1,36 @@
+//! Decides once in each control period.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use tpg_board::trial::Generator;
+use tpg_runtime::{Action, Capacities, Policy, Reset, agent_type};
+
+static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
+type Champion = agent_type!(CHAMPION);
+// Fails the build, not the robot, if the policy outgrows the RAM that you grant it.
+const _: () = assert!(Capacities::of(CHAMPION).state_bytes() <= 64 * 1024);
+const INPUTS: usize = tpg_board::inputs(CHAMPION);
+
+#[entry]
+fn main() -> ! {
+    let policy = Policy::load(CHAMPION).ok();
+    let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
+        semihosting::process::exit(1) // A damaged policy: on a robot, the safe action.
+    };
+    agent.reset(Reset::Agent, 1);
+    let mut sensors = Generator::new(1);
+    for _ in 0..1000 {
+        let mut observation = [0.0; INPUTS];
+        sensors.observe(&mut observation); // edit 2: read your sensors
+        if let Ok(decision) = agent.decide(&observation) {
+            act(decision.action);
+        }
+    }
+    semihosting::process::exit(0)
+}
+
+/// edit 3: drive your actuators.
+fn act(action: Action<'_>) {
+    core::hint::black_box(action);
+}

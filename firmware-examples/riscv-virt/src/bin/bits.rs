@@ -1,0 +1,22 @@
+//! Tries every policy of a pack that lies in spare memory and prints the hashes; the host prints the same lines.
+#![no_std]
+#![no_main]
+
+use riscv_rt::entry;
+use semihosting::{println, process::exit};
+use tpg_board::{pack, virt};
+
+#[entry]
+fn main() -> ! {
+    // SAFETY: this board's memory that holds nothing of the program; nobody writes to it.
+    let memory = unsafe { core::slice::from_raw_parts(virt::SPARE, virt::SPARE_BYTES) };
+    let tried = pack::try_all(memory, |number, decisions, hash| match decisions {
+        Some(decisions) => println!("{number} {decisions} {:016x}", hash.0),
+        None => println!("{number} end {:016x}", hash.0),
+    });
+    if let Err(error) = tried {
+        println!("error: {error}");
+        exit(1)
+    }
+    exit(0)
+}

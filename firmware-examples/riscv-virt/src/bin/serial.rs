@@ -1,0 +1,32 @@
+//! Decides for a plant at the other end of the serial line, and takes new policies from there.
+#![no_std]
+#![no_main]
+
+use riscv_rt::entry;
+use semihosting::process::exit;
+use tpg_board::{ram::RamFlash, serial::Session, virt};
+use tpg_runtime::{Agent, Capacities, Fixed, Policy};
+
+static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
+// edit 2: room for later policies: words, programs, teams, streams.
+type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+
+#[entry]
+fn main() -> ! {
+    let policy = Policy::load(CHAMPION).ok();
+    let Some(mut agent) = policy.and_then(|policy| Roomy::new(policy).ok()) else {
+        exit(1)
+    };
+    // SAFETY: memory of this board that holds nothing of the program; it outlives a reset.
+    let flash = unsafe { RamFlash::new(virt::SPARE, 64 * 1024) };
+    let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent) else {
+        exit(1)
+    };
+    let mut uart = virt::Uart::start();
+    loop {
+        let byte = uart.wait();
+        for answer in session.take(&mut agent, byte) {
+            uart.write(*answer);
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! What a host and a board say to each other over a serial line; feature `wire`.
+//!
+//! A frame is a zero byte, then the COBS form of a postcard message and its CRC-32 (as in the file format, little-endian),
+//! then a zero byte. What does not decode, or has another checksum, is dropped and counted, never acted on. Each request
+//! has a number, which its answer repeats; so a host that waits in vain sends the request again, and the board, which
+//! keeps its last answer, does not decide twice. Floats travel as the bytes of their bits, little-endian.
+
+use postcard::ser_flavors::{Cobs, Flavor, Slice};
+use serde::{Deserialize, Serialize};
+
+use crate::blob::{CRC, CRC_BYTES, Checksum, VERSION};
+use crate::isa::FINGERPRINT;
+use crate::verify::Policy;
+
+/// Version of the conversation.
+pub const PROTOCOL: u16 = 1;
+
+/// Bytes that a frame takes in addition to what it carries of values or of a policy, at most, up to 8 KiB of them.
+pub const OVERHEAD: usize = 128;
+
+/// A numbered message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Frame<M> {
+    /// Number of the request; an answer's is that of its request.
+    pub seq: u32,
+    /// The message.
+    pub message: M,
+}
+
+/// What a host asks. A board answers each of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Request<'a> {
+    /// Who are you? Begins a conversation: the board forgets the numbers of earlier requests.
+    Hello,
+    /// Begin an agent's evaluation, or a further episode of it.
+    Reset {
+        /// Whether the agent begins too.
+        agent: bool,
+        /// Seed of the agent's random streams.
+        seed: u64,
+    },
+    /// Choose the action for an observation.
+    Observe {
+        /// The observation.
+        values: &'a [u8],
+    },
+    /// Make room for a new policy beside the one in use.
+    Begin {
+        /// Bytes of its file.
+        bytes: u32,
+    },
+    /// Store a part of the new policy; parts follow on from each other.
+    Store {
+        /// Place of the first byte in the file.
+        at: u32,
+        /// The part.
+        bytes: &'a [u8],
+    },
+    /// Check the new policy and use it from now on.
+    Commit,
+}
+
+/// What a board answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Answer<'a> {
+    /// To [`Request::Hello`].
+    Identity(Identity),
+    /// Done.
+    Ready,
+    /// An action of a discrete policy.
+    Index {
+        /// The action.
+        index: u16,
+        /// Instructions executed for it.
+        instructions: u32,
+    },
+    /// An action of a continuous policy.
+    Values {
+        /// One value for each output.
+        values: &'a [u8],
+        /// Instructions executed for them.
+        instructions: u32,
+    },
+    /// The request was not followed; nothing has changed.
+    Refused {
+        /// Why.
+        refusal: Refusal,
+        /// The number that the reason is about.
+        detail: u32,
+    },
+}
+
+/// Why a board refuses a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The observation has another length than the policy's; the detail is the length.
+    Length,
+    /// The board cannot store policies.
+    NoSlots,
+    /// The policy in use was itself new and has not decided yet: the older one must stay.
+    Untried,
+    /// The new policy has more bytes than there is room; the detail is the room.
+    Room,
+    /// The part does not follow on from the one before; the detail is the place that is due.
+    Order,
+    /// What was stored is no valid policy, or none for this board; the detail is its number of bytes.
+    Policy,
+    /// The new policy needs more than the board's agent has; the detail is what it would need of it.
+    Capacity,
+    /// The memory could not be erased or written; the detail is the place.
+    Memory,
+}
+
+impl Refusal {
+    /// The reason in words, of which the detail is the last.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Length => "observation has another length than the policy's, which was given",
+            Self::NoSlots => "it cannot store policies",
+            Self::Untried => "the policy in use is new and has not decided yet, let it decide once",
+            Self::Room => "new policy is too long, the board has room for bytes",
+            Self::Order => "part of the policy is out of order, due is the one at byte",
+            Self::Policy => "what was stored is no valid policy of bytes",
+            Self::Capacity => "new policy does not fit the board's agent, it would need",
+            Self::Memory => "memory for policies cannot be written at byte",
+        }
+    }
+}
+
+/// Who a board is, and which policy it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// [`PROTOCOL`] of the board.
+    pub protocol: u16,
+    /// Version of the file format that the board reads.
+    pub format: u16,
+    /// Fingerprint of the board's instruction table.
+    pub instruction_set: u32,
+    /// Bytes of the policy's file.
+    pub policy_bytes: u32,
+    /// Checksum of the policy's file, which stands at its end.
+    pub policy_crc: u32,
+    /// The policy's provenance.
+    pub provenance: [u8; 16],
+    /// Slot of the policy: 0 is the one that the firmware was built with.
+    pub slot: u8,
+    /// Damaged frames that the board has dropped since it started.
+    pub damaged: u32,
+}
+
+impl Identity {
+    /// The identity of a board that runs a policy, read from the bytes `file`.
+    #[must_use]
+    pub fn new(policy: &Policy<'_>, file: &[u8]) -> Self {
+        Identity {
+            protocol: PROTOCOL,
+            format: VERSION,
+            instruction_set: FINGERPRINT,
+            policy_bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
+            policy_crc: file
+                .last_chunk()
+                .map_or(0, |stored| u32::from_le_bytes(*stored)),
+            provenance: policy.header().provenance,
+            slot: 0,
+            damaged: 0,
+        }
+    }
+}
+
+/// CRC-32 of bytes, as it stands at the end of frames and policies.
+#[must_use]
+pub const fn checksum(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
+
+/// A message that does not fit the buffer that it was to be written to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameTooLong;
+
+impl core::fmt::Display for FrameTooLong {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "message does not fit the buffer of a frame")
+    }
+}
+
+impl core::error::Error for FrameTooLong {}
+
+/// Puts the checksum behind a message before COBS closes it.
+struct Sealed<'b> {
+    inner: Cobs<Slice<'b>>,
+    digest: crc::Digest<'static, u32, Checksum>,
+}
+
+impl Flavor for Sealed<'_> {
+    type Output = usize;
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.digest.update(&[byte]);
+        self.inner.try_push(byte)
+    }
+
+    fn finalize(mut self) -> postcard::Result<usize> {
+        for byte in self.digest.finalize().to_le_bytes() {
+            self.inner.try_push(byte)?;
+        }
+        Ok(self.inner.finalize()?.len())
+    }
+}
+
+/// Writes a frame to the begin of `buffer` and returns its length.
+///
+/// # Errors
+/// [`FrameTooLong`] if it does not fit.
+pub fn write<M: Serialize>(frame: &Frame<M>, buffer: &mut [u8]) -> Result<usize, FrameTooLong> {
+    let (first, rest) = buffer.split_first_mut().ok_or(FrameTooLong)?;
+    *first = 0;
+    let sealed = Sealed {
+        inner: Cobs::try_new(Slice::new(rest)).map_err(|_| FrameTooLong)?,
+        digest: CRC.digest(),
+    };
+    let len = postcard::serialize_with_flavor(frame, sealed).map_err(|_| FrameTooLong)?;
+    Ok(len + 1)
+}
+
+/// Finds the frames in a stream of bytes; frames of more than `N` bytes count as damaged.
+#[derive(Debug, Clone)]
+pub struct Receiver<const N: usize> {
+    buffer: [u8; N],
+    len: usize,
+    damaged: u32,
+}
+
+impl<const N: usize> Default for Receiver<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> Receiver<N> {
+    /// A receiver that has heard nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        Receiver {
+            buffer: [0; N],
+            len: 0,
+            damaged: 0,
+        }
+    }
+
+    /// Damaged frames dropped so far.
+    #[must_use]
+    pub const fn damaged(&self) -> u32 {
+        self.damaged
+    }
+
+    /// Takes the next byte of the stream; the frame that it completes, if that is undamaged.
+    pub fn push<'b, M: Deserialize<'b>>(&'b mut self, byte: u8) -> Option<Frame<M>> {
+        if byte != 0 {
+            // Of a frame that is too long only the length is kept, so that it is known for damaged.
+            if let Some(place) = self.buffer.get_mut(self.len) {
+                *place = byte;
+            }
+            self.len = self.len.saturating_add(1);
+            return None;
+        }
+        let len = core::mem::take(&mut self.len);
+        if len == 0 {
+            return None;
+        }
+        let Self {
+            buffer, damaged, ..
+        } = self;
+        let frame = unseal(buffer.get_mut(..len).unwrap_or_default());
+        if frame.is_none() {
+            *damaged = damaged.saturating_add(1);
+        }
+        frame
+    }
+}
+
+fn unseal<'b, M: Deserialize<'b>>(encoded: &'b mut [u8]) -> Option<Frame<M>> {
+    let len = cobs::decode_in_place(encoded).ok()?;
+    let encoded: &'b [u8] = encoded;
+    let (message, stored) = encoded.get(..len)?.split_last_chunk::<CRC_BYTES>()?;
+    if CRC.checksum(message) != u32::from_le_bytes(*stored) {
+        return None;
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((frame, [])) => Some(frame),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    const REQUEST: Frame<Request<'static>> = Frame {
+        seq: 77,
+        message: Request::Observe {
+            values: &[0, 0, 128, 63, 0, 0, 0, 0],
+        },
+    };
+
+    fn encoded() -> Vec<u8> {
+        let mut buffer = [0xaa; 64];
+        let len = write(&REQUEST, &mut buffer).expect("it fits");
+        buffer[..len].to_vec()
+    }
+
+    /// Feeds bytes; how many frames equal to the one sent came out, and how many were dropped.
+    fn feed(bytes: &[u8]) -> (usize, u32) {
+        let mut receiver = Receiver::<64>::new();
+        let mut good = 0;
+        for byte in bytes {
+            if let Some(frame) = receiver.push::<Request<'_>>(*byte) {
+                assert_eq!(frame, REQUEST);
+                good += 1;
+            }
+        }
+        (good, receiver.damaged())
+    }
+
+    #[test]
+    fn frames_survive_one_after_another() {
+        let bytes = encoded();
+        assert_eq!(bytes.first(), Some(&0));
+        assert_eq!(bytes.last(), Some(&0));
+        assert!(!bytes[1..bytes.len() - 1].contains(&0));
+        assert_eq!(feed(&bytes.repeat(3)), (3, 0));
+    }
+
+    #[test]
+    fn every_flipped_bit_and_missing_byte_costs_one_frame_at_most() {
+        let bytes = encoded();
+        for at in 1..bytes.len() - 1 {
+            for bit in 0..8 {
+                let mut noisy = bytes.clone();
+                noisy[at] ^= 1 << bit;
+                noisy.extend(&bytes);
+                let (good, damaged) = feed(&noisy);
+                assert!(
+                    good == 1 && (1..=2).contains(&damaged),
+                    "byte {at} bit {bit}"
+                );
+            }
+            let mut short = bytes.clone();
+            short.remove(at);
+            short.extend(&bytes);
+            assert_eq!(feed(&short), (1, 1), "without byte {at}");
+        }
+    }
+
+    #[test]
+    fn overlong_noise_is_one_damaged_frame() {
+        let mut noise = std::vec![0x55; 10_000];
+        noise.extend(encoded());
+        assert_eq!(feed(&noise), (1, 1));
+        let mut buffer = [0; 10];
+        assert_eq!(write(&REQUEST, &mut buffer), Err(FrameTooLong));
+    }
+}

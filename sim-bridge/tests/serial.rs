@@ -1,0 +1,304 @@
+//! A board at the other end of a serial line: the firmware's own code, behind a line that loses and garbles bytes.
+
+#![cfg(feature = "plant")]
+
+mod support;
+
+use std::io::{Read, Write};
+use std::ops::Range;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use serialport::{SerialPort, TTYPort};
+use support::{Folder, Process, WATCHDOG, policy};
+use tpg_board::serial::Session;
+use tpg_board::sim::SimFlash;
+use tpg_board::trial::Generator;
+use tpg_runtime::{Agent, HostAgent, Policy, Reset, Width};
+use tpg_sim_bridge::RemoteController;
+use tpg_sim_bridge::serial::{SerialPath, update};
+use tpg_trainer::eval::Controller as _;
+
+/// What happens to bytes on a line.
+#[derive(Debug, Clone, Copy)]
+struct Faults {
+    /// One in so many bytes is changed; 0 for none.
+    garbled: u64,
+    /// One in so many bytes is lost; 0 for none.
+    lost: u64,
+}
+
+const CLEAN: Faults = Faults {
+    garbled: 0,
+    lost: 0,
+};
+
+impl Faults {
+    /// Hands on what survives.
+    fn pass(self, noise: &mut Generator, bytes: &[u8]) -> Vec<u8> {
+        let strikes =
+            |noise: &mut Generator, one_in: u64| one_in > 0 && noise.bits().is_multiple_of(one_in);
+        let mut passed = Vec::new();
+        for byte in bytes {
+            if strikes(noise, self.lost) {
+                continue;
+            }
+            let garbled = strikes(noise, self.garbled);
+            passed.push(byte ^ if garbled { 1 << (noise.bits() % 8) } else { 0 });
+        }
+        passed
+    }
+}
+
+type Roomy<W> = Agent<'static, W, 4096, 64, 16, 48>;
+
+/// A board that answers until its line closes; `most` frames at most.
+fn run_board<W: Width>(
+    file: &'static [u8],
+    line: &mut (impl Read + Write),
+    faults: Faults,
+    most: u32,
+) {
+    let policy = Policy::load(file).expect("a valid policy");
+    let mut agent = Box::new(Roomy::<W>::new(policy).expect("it fits"));
+    let flash = SimFlash::new(8192);
+    let mut session = Session::start(file, Some(flash), &mut agent).expect("it fits");
+    let mut noise = Generator::new(7);
+    let (mut buffer, mut sent) = ([0; 64], 0);
+    while let Ok(len) = line.read(&mut buffer) {
+        if len == 0 {
+            return;
+        }
+        for byte in faults.pass(&mut noise, &buffer[..len]) {
+            let answer = session.take(&mut agent, byte).to_vec();
+            if answer.is_empty() {
+                continue;
+            }
+            sent += 1;
+            if sent > most || line.write_all(&faults.pass(&mut noise, &answer)).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// A board behind a Unix socket, as an emulator's; it takes one conversation after another.
+struct Board {
+    place: SerialPath,
+    path: PathBuf,
+    _thread: JoinHandle<()>,
+}
+
+fn board(folder: &Path, file: Vec<u8>, faults: Faults, most: u32) -> Board {
+    let path = folder.join("board.sock");
+    let listener = UnixListener::bind(&path).expect("a socket");
+    let file: &'static [u8] = file.leak();
+    let thread = thread::spawn(move || {
+        let mut line = listener.accept().expect("a host").0;
+        match Policy::load(file).expect("valid").header().width {
+            1 => run_board::<tpg_runtime::Fixed<1>>(file, &mut line, faults, most),
+            _ => run_board::<tpg_runtime::Fixed<3>>(file, &mut line, faults, most),
+        }
+    });
+    Board {
+        place: format!("serial:{}", path.display())
+            .parse()
+            .expect("a path"),
+        path,
+        _thread: thread,
+    }
+}
+
+fn connect(file: &[u8], place: &SerialPath, timeout: Duration) -> Result<RemoteController, String> {
+    let policy = Policy::load(file).expect("valid");
+    RemoteController::connect_serial(&policy, file, place, timeout).map_err(|e| e.to_string())
+}
+
+/// Compares so many decisions of a remote controller with those of an agent here.
+fn assert_same_decisions(remote: &mut RemoteController, file: &[u8], decisions: Range<u32>) {
+    let mut local = Box::new(HostAgent::new(Policy::load(file).expect("valid")).expect("fits"));
+    local.reset(Reset::Agent, 5);
+    remote.reset(Reset::Agent, 5).expect("the board answers");
+    let mut generator = Generator::new(3);
+    let mut observation = vec![0.0; usize::from(local.policy().header().observation_len)];
+    for _ in decisions {
+        generator.observe(&mut observation);
+        let expected = local.decide(&observation).expect("the right length");
+        let got = remote.decide(&observation).expect("the board answers");
+        assert_eq!(got.action, expected.action);
+        assert_eq!(got.instructions, expected.instructions);
+    }
+}
+
+#[test]
+fn a_clean_line_loses_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = policy::hopper();
+    let board = board(folder.path(), file.clone(), CLEAN, u32::MAX);
+    let mut remote = connect(&file, &board.place, WATCHDOG).expect("a board");
+    assert_same_decisions(&mut remote, &file, 0..300);
+    let (latency, losses) = remote.finish().expect("it ends");
+    assert_eq!(latency.count, 300);
+    let losses = losses.expect("a serial line");
+    assert_eq!(losses.damaged_here, 0);
+}
+
+#[test]
+fn a_bad_line_costs_time_but_no_bit_and_no_decision_twice() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // This policy's memory would show a decision that was made twice.
+    let file = policy::cartpole(1);
+    let faults = Faults {
+        garbled: 200,
+        lost: 300,
+    };
+    let board = board(folder.path(), file.clone(), faults, u32::MAX);
+    let mut remote = connect(&file, &board.place, WATCHDOG).expect("a board");
+    assert_same_decisions(&mut remote, &file, 0..100);
+    let losses = remote.finish().expect("it ends").1.expect("a serial line");
+    assert!(losses.resent > 10, "{losses:?}");
+    assert!(losses.damaged_here > 0, "{losses:?}");
+}
+
+#[test]
+fn another_policy_is_named_with_both_identities() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let board = board(folder.path(), policy::cartpole(1), CLEAN, u32::MAX);
+    let error = connect(&policy::cartpole(2), &board.place, WATCHDOG).expect_err("another one");
+    for text in ["does not match", "0101", "0202", "tpg update"] {
+        assert!(error.contains(text), "{error}");
+    }
+}
+
+#[test]
+fn a_board_that_stops_answering_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = policy::hopper();
+    let path = folder.path().join("mute.sock");
+    let _listener = UnixListener::bind(&path).expect("a socket");
+    let place = format!("serial:{}", path.display())
+        .parse()
+        .expect("a path");
+    let error = connect(&file, &place, Duration::from_millis(600)).expect_err("silence");
+    assert!(error.contains("has not answered"), "{error}");
+    // One that goes away in the middle.
+    let board = board(folder.path(), file.clone(), CLEAN, 20);
+    let mut remote = connect(&file, &board.place, WATCHDOG).expect("a board");
+    remote.reset(Reset::Agent, 1).expect("still there");
+    let error = (0..30).find_map(|_| remote.decide(&[0.0; 11]).err());
+    let error = error.expect("it went away").to_string();
+    assert!(error.contains("is gone: unplugged"), "{error}");
+}
+
+#[test]
+fn garbage_is_counted_and_never_acted_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("noise.sock");
+    let listener = UnixListener::bind(&path).expect("a socket");
+    thread::spawn(move || {
+        let mut line: UnixStream = listener.accept().expect("a host").0;
+        let mut noise = Generator::new(1);
+        let mut bytes = || noise.bits().to_le_bytes();
+        while line.write_all(&bytes()).is_ok() {
+            thread::sleep(Duration::from_micros(100));
+        }
+    });
+    let place = format!("serial:{}", path.display())
+        .parse()
+        .expect("a path");
+    let error = connect(&policy::hopper(), &place, Duration::from_secs(1)).expect_err("noise");
+    assert!(error.contains("damaged frames came"), "{error}");
+    assert!(!error.contains(" 0 damaged"), "{error}");
+}
+
+#[test]
+fn a_tty_serves_as_well() {
+    let (mut far, near) = TTYPort::pair().expect("a pseudo-terminal");
+    far.set_timeout(WATCHDOG).expect("a timeout");
+    let place: SerialPath = format!("serial:{}", near.name().expect("a name"))
+        .parse()
+        .expect("a path");
+    // Only one may have it open.
+    drop(near);
+    let file = policy::hopper();
+    let bytes: &'static [u8] = file.clone().leak();
+    thread::spawn(move || run_board::<tpg_runtime::Fixed<3>>(bytes, &mut far, CLEAN, u32::MAX));
+    let mut remote = connect(&file, &place, WATCHDOG).expect("a board");
+    assert_same_decisions(&mut remote, &file, 0..100);
+}
+
+#[test]
+fn an_update_over_a_bad_line_changes_over() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let faults = Faults {
+        garbled: 400,
+        lost: 400,
+    };
+    let board = board(folder.path(), policy::cartpole(1), faults, u32::MAX);
+    let file = policy::cartpole(2);
+    let new = Policy::load(&file).expect("valid");
+    let updated = update(&new, &file, &board.place, WATCHDOG).expect("it changes over");
+    assert_eq!((updated.before.slot, updated.after.slot), (0, 1));
+    assert_eq!(updated.after.provenance, [2; 16]);
+}
+
+#[test]
+fn commands_score_on_a_board_and_end_with_the_right_status() {
+    let folder = Folder::new();
+    let bytes = policy::cartpole(1);
+    let file = folder.file("cartpole.tpg", &bytes);
+    let place = tempfile::tempdir().expect("a folder");
+    let board = board(place.path(), bytes, CLEAN, u32::MAX);
+    let controller = format!("serial:{}", board.path.display());
+    let hil = env!("CARGO_BIN_EXE_tpg-hil");
+    let arguments = ["--controller", &controller, "--episodes", "3", "--json"];
+    let end = Process::start(hil, &file, &arguments).end();
+    assert_eq!(end.status.code(), Some(0), "{end:?}");
+    let report: serde_json::Value = serde_json::from_str(&end.stdout).expect("JSON");
+    assert_eq!(report["returns"].as_array().map(Vec::len), Some(3));
+    assert_eq!(report["serial"]["damaged_here"], 0);
+    let missing = ["--controller", "serial:/dev/no-such-tty"];
+    let end = Process::start(hil, &file, &missing).end();
+    end.assert_failure(4, &["cannot open /dev/no-such-tty"]);
+    let end = Process::start(hil, &file, &["--controller", "/dev/ttyACM0"]).end();
+    end.assert_failure(2, &["use serial:PATH"]);
+    let update = env!("CARGO_BIN_EXE_tpg-update");
+    let end = Process::start(update, &file, &missing).end();
+    end.assert_failure(4, &["cannot open /dev/no-such-tty"]);
+}
+
+#[test]
+fn real_time_holds_then_does_the_safe_thing_while_a_board_is_silent() {
+    let folder = Folder::new();
+    let bytes = policy::cartpole(1);
+    let file = folder.file("cartpole.tpg", &bytes);
+    let place = tempfile::tempdir().expect("a folder");
+    // Loses so much that whole periods stay without an answer.
+    let faults = Faults {
+        garbled: 60,
+        lost: 0,
+    };
+    let board = board(place.path(), bytes, faults, u32::MAX);
+    let controller = format!("serial:{}", board.path.display());
+    let arguments = [
+        "--controller",
+        &controller,
+        "--realtime",
+        "--max-misses",
+        "1",
+        "--seconds",
+        "3",
+        "--disturb",
+        "action:delay:1",
+        "--json",
+    ];
+    let end = Process::start(env!("CARGO_BIN_EXE_tpg-hil"), &file, &arguments).end();
+    assert_eq!(end.status.code(), Some(0), "{end:?}");
+    let report: serde_json::Value = serde_json::from_str(&end.stdout).expect("JSON");
+    let realtime = &report["realtime"];
+    for key in ["misses", "held_steps", "safe_steps", "recoveries"] {
+        assert!(realtime[key].as_u64() > Some(0), "{key}: {report}");
+    }
+}

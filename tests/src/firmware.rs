@@ -1,0 +1,214 @@
+//! The firmware examples, built and run on QEMU.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use tpg_board::pack;
+
+/// Set this environment variable to `1` where a missing emulator or target must be a failure, not a skipped test.
+pub const REQUIRED: &str = "TPG_REQUIRE_QEMU";
+/// After this long an emulator is taken to hang.
+const WATCHDOG: Duration = Duration::from_secs(600);
+
+/// A board that QEMU emulates and that has a package in `firmware-examples/`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Board {
+    /// Name of the package's folder.
+    pub name: &'static str,
+    /// The compiler's target.
+    pub target: &'static str,
+    /// The emulator with the board's options.
+    pub emulator: &'static [&'static str],
+    /// Address of memory that holds nothing of the program.
+    pub spare: u32,
+}
+
+/// Cortex-M3, no floating-point unit.
+pub const M3: Board = Board {
+    name: "mps2-an385",
+    target: "thumbv7m-none-eabi",
+    emulator: &["qemu-system-arm", "-machine", "mps2-an385"],
+    spare: 0x2100_0000,
+};
+
+/// Cortex-M4F, single-precision floating-point unit.
+pub const M4F: Board = Board {
+    name: "mps2-an386",
+    target: "thumbv7em-none-eabihf",
+    emulator: &["qemu-system-arm", "-machine", "mps2-an386"],
+    spare: 0x2100_0000,
+};
+
+/// 32-bit RISC-V without floating-point unit and atomics.
+pub const RISCV: Board = Board {
+    name: "riscv-virt",
+    target: "riscv32imc-unknown-none-elf",
+    emulator: &["qemu-system-riscv32", "-machine", "virt", "-bios", "none"],
+    spare: 0x8100_0000,
+};
+
+/// A board that one can buy; it is built, but nothing emulates it.
+pub const NUCLEO: Board = Board {
+    name: "nucleo-f446re",
+    target: "thumbv7em-none-eabihf",
+    emulator: &["qemu-system-arm"],
+    spare: 0,
+};
+
+/// Root of the repository.
+#[must_use]
+pub fn repository() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+impl Board {
+    /// Whether the board's emulator and compiler are here; says why not.
+    ///
+    /// # Panics
+    /// If they are not and the environment says that they must be, by [`REQUIRED`].
+    #[must_use]
+    pub fn is_available(&self) -> bool {
+        let emulator = self.emulator[0];
+        let runs = |program: &str, args: &[&str]| {
+            let status = (Command::new(program).args(args))
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status();
+            status.is_ok_and(|status| status.success())
+        };
+        let cargo_for = repository().join("scripts/cargo-for");
+        let reason = if !runs(emulator, &["--version"]) {
+            format!("{emulator} is missing: apt-get install qemu-system-arm qemu-system-misc")
+        } else if !runs(&cargo_for.to_string_lossy(), &["--check", self.target]) {
+            format!(
+                "no compiler for {0}: rustup target add {0}, or scripts/cross-toolchain .cross {0}",
+                self.target
+            )
+        } else {
+            return true;
+        };
+        assert!(
+            env::var(REQUIRED).is_err(),
+            "{REQUIRED} is set, but {reason}"
+        );
+        eprintln!("skipped on {}: {reason}", self.name);
+        false
+    }
+
+    /// Builds one of the board's programs with the champion of the examples and returns its file.
+    ///
+    /// # Panics
+    /// If it does not build.
+    #[must_use]
+    pub fn build(&self, program: &str) -> PathBuf {
+        self.build_with(program, &[])
+    }
+
+    /// As [`build`](Self::build), with environment variables of the build, such as the champion's file.
+    ///
+    /// # Panics
+    /// If it does not build.
+    #[must_use]
+    pub fn build_with(&self, program: &str, variables: &[(&str, &Path)]) -> PathBuf {
+        // Builds for the same target share a folder: the second one waits, and must not replace the first's file.
+        static BUILDING: Mutex<()> = Mutex::new(());
+        let _one = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+        let target_dir = repository().join("target/firmware").join(self.name);
+        let mut cargo = Command::new(repository().join("scripts/cargo-for"));
+        cargo
+            .args([self.target, "build", "--quiet", "--release", "--bin"])
+            .arg(program)
+            .current_dir(repository().join("firmware-examples").join(self.name))
+            .env("CARGO_TARGET_DIR", &target_dir)
+            .envs(variables.iter().copied())
+            .env_remove("RUSTFLAGS")
+            .env_remove("CARGO_ENCODED_RUSTFLAGS");
+        let status = cargo.status().expect("scripts/cargo-for starts");
+        assert!(
+            status.success(),
+            "{program} does not build for {}",
+            self.name
+        );
+        target_dir.join(self.target).join("release").join(program)
+    }
+
+    /// The emulator with a program, semihosting and no window, ready to be started.
+    #[must_use]
+    pub fn emulator(&self, program: &Path) -> Command {
+        let mut command = Command::new(self.emulator[0]);
+        command
+            .args(&self.emulator[1..])
+            .args(["-display", "none", "-monitor", "none"])
+            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(program)
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Runs a program to its end; returns exit status and what it printed.
+    ///
+    /// # Panics
+    /// If it hangs.
+    #[must_use]
+    pub fn run(&self, program: &Path, options: &[String]) -> (Option<i32>, String) {
+        let mut command = self.emulator(program);
+        // Semihosting prints to standard error of some versions of QEMU, to standard output of others.
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("output");
+        let output = fs::File::create(&file).expect("a file");
+        let mut child = command
+            .args(["-serial", "null"])
+            .args(options)
+            .stdout(output.try_clone().expect("a second handle"))
+            .stderr(output)
+            .spawn()
+            .expect("the emulator starts");
+        let started = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().expect("a child to wait for") {
+                break status;
+            }
+            if started.elapsed() > WATCHDOG {
+                child.kill().expect("a child to end");
+                panic!("{} hangs", self.name);
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        };
+        (
+            status.code(),
+            fs::read_to_string(file).expect("the output is text"),
+        )
+    }
+
+    /// The option that loads a file into spare memory.
+    #[must_use]
+    pub fn load(&self, file: &Path) -> [String; 2] {
+        let (file, address) = (file.display(), self.spare);
+        [
+            "-device".into(),
+            format!("loader,file={file},addr={address:#x},force-raw=on"),
+        ]
+    }
+}
+
+/// A pack of policies, for `bits` to try with so many decisions each.
+///
+/// # Panics
+/// If a policy is of absurd size.
+#[must_use]
+pub fn pack(policies: &[Vec<u8>], decisions: u32) -> Vec<u8> {
+    let number = |n: usize| u32::try_from(n).expect("small").to_le_bytes();
+    let mut bytes = pack::MAGIC.to_vec();
+    bytes.extend(decisions.to_le_bytes());
+    bytes.extend(number(policies.len()));
+    for policy in policies {
+        bytes.extend(number(policy.len()));
+        bytes.extend(policy);
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
+    bytes
+}

@@ -1,0 +1,82 @@
+//! `tpg footprint` says what a policy takes on boards, and what is wrong where it cannot.
+
+use serde_json::Value;
+use tpg_tests::firmware::{M4F, RISCV, repository};
+use tpg_tests::golden;
+use tpg_tests::process::{stderr, text, tpg, tpg_json};
+
+#[test]
+fn a_footprint_has_every_figure_and_they_add_up() {
+    if !M4F.is_available() || !RISCV.is_available() {
+        return;
+    }
+    let file = golden::path("champions/pendulum-per-episode.tpg");
+    let folder = repository().join("firmware-examples");
+    let report = tpg_json(&[
+        "footprint",
+        text(&file),
+        "--firmware",
+        text(&folder),
+        "--target",
+        "mps2-an386",
+        "--target",
+        "riscv-virt",
+        "--json",
+    ]);
+    let number = |value: &Value| {
+        value
+            .as_f64()
+            .unwrap_or_else(|| panic!("{value} of {report}"))
+    };
+    let inspected = tpg_json(&["inspect", text(&file), "--json"]);
+    for target in report["targets"].as_array().expect("a list") {
+        for key in [
+            "flash_code_bytes",
+            "ram_static_bytes",
+            "agent_bytes",
+            "stack_bytes",
+            "instructions_mean",
+            "machine_instructions_mean",
+        ] {
+            assert!(number(&target[key]) > 0.0, "{key}: {report}");
+        }
+        assert_eq!(target["flash_blob_bytes"], inspected["blob_bytes"]);
+        assert!(number(&target["agent_bytes"]) >= number(&inspected["state_bytes"]));
+        assert!(number(&target["instructions_mean"]) <= number(&report["instructions_worst"]));
+        let (worst, mean) = (
+            &target["machine_instructions_worst_seen"],
+            &target["machine_instructions_mean"],
+        );
+        assert!(number(worst) >= number(mean));
+        // Every instruction of the policy takes some of the processor.
+        assert!(number(mean) > 5.0 * number(&target["instructions_mean"]));
+    }
+    let instructions: f64 = (report["programs"].as_array().into_iter().flatten())
+        .map(|program| number(&program["instructions"]))
+        .sum();
+    assert_eq!(
+        instructions as u64,
+        inspected["instructions"].as_u64().expect("a number")
+    );
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let file = golden::path("champions/pendulum-per-episode.tpg");
+    let run = |arguments: &[&str]| {
+        let mut all = vec!["footprint", text(&file)];
+        all.extend(arguments);
+        let output = tpg(all);
+        (output.status.code(), stderr(&output))
+    };
+    let (status, message) = run(&["--target", "arduino"]);
+    assert_eq!(status, Some(2));
+    assert!(
+        message.contains("mps2-an386, mps2-an385, riscv-virt"),
+        "{message}"
+    );
+    let empty = tempfile::tempdir().expect("a folder");
+    let (status, message) = run(&["--firmware", text(empty.path())]);
+    assert_eq!(status, Some(2));
+    assert!(message.contains("holds no package mps2-an386"), "{message}");
+}

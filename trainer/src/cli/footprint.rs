@@ -1,0 +1,129 @@
+//! `tpg footprint`
+
+use std::fmt;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use serde::Serialize;
+use tpg_runtime::Policy;
+
+use super::{Failure, Fault as _, Status, print_json};
+use crate::footprint::{
+    BOARDS, Board, Firmware, FootprintError, Measured, ProgramShare, TeamShare, shares,
+};
+
+/// Arguments of `tpg footprint`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Exported policy.
+    #[arg(value_name = "FILE.tpg")]
+    file: PathBuf,
+    /// Board to build and emulate, may be repeated: mps2-an386 (Cortex-M4F, the default), mps2-an385 (Cortex-M3),
+    /// riscv-virt.
+    #[arg(long, value_name = "BOARD", value_parser = board)]
+    target: Vec<Board>,
+    /// The repository's folder firmware-examples, if it is not in or above the working directory.
+    #[arg(long, value_name = "DIR")]
+    firmware: Option<PathBuf>,
+    /// Print one JSON object to standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+fn board(name: &str) -> Result<Board, String> {
+    let names = BOARDS.map(|board| board.name).join(", ");
+    (BOARDS.into_iter().find(|board| board.name == name))
+        .ok_or_else(|| format!("no such board; there are {names}"))
+}
+
+/// What a policy takes; the fields are the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct Footprint {
+    instructions_worst: u32,
+    targets: Vec<Measured>,
+    teams: Vec<TeamShare>,
+    programs: Vec<ProgramShare>,
+}
+
+pub(super) fn run(args: &Args) -> Result<Status, Failure> {
+    let file = args.file.display();
+    let bytes = std::fs::read(&args.file).or_bad_input(format!("cannot read {file}"))?;
+    let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
+    let firmware = Firmware::find(args.firmware.as_deref()).map_err(failure)?;
+    let boards = if args.target.is_empty() {
+        &BOARDS[..1]
+    } else {
+        &args.target
+    };
+    let measured: Result<Vec<_>, _> = (boards.iter())
+        .map(|board| firmware.measure(board, &args.file))
+        .collect();
+    let (teams, programs) = shares(&policy);
+    let footprint = Footprint {
+        instructions_worst: policy.bounds().instructions,
+        targets: measured.map_err(failure)?,
+        teams,
+        programs,
+    };
+    if args.json {
+        print_json(&footprint)?;
+    } else {
+        write!(std::io::stdout().lock(), "{footprint}")?;
+    }
+    Ok(Status::Fine)
+}
+
+fn failure(error: FootprintError) -> Failure {
+    match error {
+        FootprintError::NoSources(_)
+        | FootprintError::NoPackage(..)
+        | FootprintError::NoProgram { .. } => Failure::usage(error),
+        FootprintError::Run { .. } => Failure::peer(error),
+        _ => error.into(),
+    }
+}
+
+impl fmt::Display for Footprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "worst decision    {} instructions of the policy",
+            self.instructions_worst
+        )?;
+        for m in &self.targets {
+            writeln!(f, "{} ({})", m.board, m.processor)?;
+            writeln!(
+                f,
+                "  flash           {} bytes of code, {} of policy",
+                m.flash_code_bytes, m.flash_blob_bytes
+            )?;
+            writeln!(
+                f,
+                "  RAM             {} bytes static, {} of them the agent; {} of stack in a decision",
+                m.ram_static_bytes, m.agent_bytes, m.stack_bytes
+            )?;
+            writeln!(
+                f,
+                "  {} decisions  {:.1} instructions of the policy; of the processor {:.0} on average, {} at most seen",
+                m.decisions,
+                m.instructions_mean,
+                m.machine_instructions_mean,
+                m.machine_instructions_worst_seen
+            )?;
+        }
+        writeln!(f, "            instructions  flash bytes  RAM bytes")?;
+        for t in &self.teams {
+            let (flash, ram) = (t.flash_bytes, t.ram_bytes);
+            writeln!(f, "team {:<7} {:>11} {flash:>12} {ram:>10}", t.team, "")?;
+        }
+        for p in &self.programs {
+            let (flash, ram) = (p.flash_bytes, p.ram_bytes);
+            writeln!(
+                f,
+                "program {:<4} {:>11} {flash:>12} {ram:>10}",
+                p.program, p.instructions
+            )?;
+        }
+        Ok(())
+    }
+}

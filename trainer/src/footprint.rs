@@ -1,0 +1,9 @@
+//! What a policy takes on a microcontroller: its firmware is built and run on an emulator.
+//!
+//! Instructions of the processor are counted by the emulator: they are neither cycles nor time.
+
+mod board;
+mod share;
+
+pub use board::{BOARDS, Board, Firmware, FootprintError, Measured};
+pub use share::{ProgramShare, TeamShare, shares};

@@ -1,0 +1,61 @@
+//! Which team and which program takes how many bytes.
+
+use serde::Serialize;
+use tpg_runtime::Policy;
+use tpg_runtime::blob::InitialValues;
+use tpg_runtime::tables::{Instruction, Program, Team};
+
+/// What a team takes, without its programs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TeamShare {
+    /// Number of the team.
+    pub team: usize,
+    /// Bytes of the file: record, list of members, initial values of its memory.
+    pub flash_bytes: usize,
+    /// Bytes of state: its memory and random streams.
+    pub ram_bytes: usize,
+}
+
+/// What a program takes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ProgramShare {
+    /// Number of the program.
+    pub program: usize,
+    /// Its instructions.
+    pub instructions: usize,
+    /// Bytes of the file: record, code, initial values of its registers.
+    pub flash_bytes: usize,
+    /// Bytes of state: its registers and its bid.
+    pub ram_bytes: usize,
+}
+
+/// The shares of all teams and programs.
+#[must_use]
+pub fn shares(policy: &Policy<'_>) -> (Vec<TeamShare>, Vec<ProgramShare>) {
+    let (header, tables) = (policy.header(), policy.tables());
+    let width = usize::from(header.width);
+    let evolved = header.initial_values == InitialValues::Evolved;
+    let constants = |words: usize| if evolved { 4 * words } else { 0 };
+    let teams = tables.teams.iter().enumerate().map(|(team, bytes)| {
+        let record = Team::from_bytes(bytes);
+        let words = record.memory_words(width);
+        TeamShare {
+            team,
+            flash_bytes: bytes.len() + 2 * usize::from(record.members_len) + constants(words),
+            ram_bytes: 4 * words + 16 * record.streams() + 1,
+        }
+    });
+    let programs = tables.programs.iter().enumerate().map(|(program, bytes)| {
+        let record = Program::from_bytes(bytes);
+        let [scalars, vectors, matrices] = record.registers.map(usize::from);
+        let words = scalars + vectors * width + matrices * width * width;
+        let instructions = usize::from(record.code_len);
+        ProgramShare {
+            program,
+            instructions,
+            flash_bytes: bytes.len() + Instruction::BYTES * instructions + constants(words),
+            ram_bytes: 4 * words + 4,
+        }
+    });
+    (teams.collect(), programs.collect())
+}
