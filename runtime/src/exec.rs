@@ -192,7 +192,8 @@ fn run<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
     program: &Program,
 ) {
     let mut code = policy.tables.code(program);
-    loop {
+    // Each turn executes an instruction at least, so this bounds the loop whatever the two functions do.
+    for _ in 0..=program.code_len {
         code = scalars(policy, machine.words, &mut machine.observer, code);
         if code.is_empty() {
             return;

@@ -332,14 +332,16 @@ impl Instruction {
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
-        // One load: fields taken byte by byte cost more than most operations.
-        let word = u64::from_le_bytes(*bytes);
-        match Op::from_code(word as u8) {
+        // Whole fields: taken byte by byte they cost more than most operations.
+        let (&[[code, _], d, a, b], []) = bytes.as_chunks::<2>() else {
+            return None;
+        };
+        match Op::from_code(code) {
             Some(op) => Some(Instruction {
                 op,
-                d: (word >> 16) as u16,
-                a: (word >> 32) as u16,
-                b: (word >> 48) as u16,
+                d: u16::from_le_bytes(d),
+                a: u16::from_le_bytes(a),
+                b: u16::from_le_bytes(b),
             }),
             None => None,
         }
