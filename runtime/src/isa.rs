@@ -97,6 +97,32 @@ impl Group {
     pub const fn bit(self) -> u16 {
         self as u16
     }
+
+    /// The feature of this crate that a build needs to execute the group.
+    #[must_use]
+    pub const fn feature(self) -> &'static str {
+        match self {
+            Group::Scalar => "scalar",
+            Group::Vector => "vector",
+            Group::Matrix => "matrix",
+            Group::Constants => "constants",
+            Group::TeamMemory | Group::WholeReads => "team-memory",
+            Group::Classic => "classic",
+        }
+    }
+
+    /// Whether this build executes the group.
+    #[must_use]
+    pub const fn is_built(self) -> bool {
+        match self {
+            Group::Scalar => cfg!(feature = "scalar"),
+            Group::Vector => cfg!(feature = "vector"),
+            Group::Matrix => cfg!(feature = "matrix"),
+            Group::Constants => cfg!(feature = "constants"),
+            Group::TeamMemory | Group::WholeReads => cfg!(feature = "team-memory"),
+            Group::Classic => cfg!(feature = "classic"),
+        }
+    }
 }
 
 /// How often an instruction repeats its unit of work, W being the vector width.

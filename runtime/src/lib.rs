@@ -16,6 +16,8 @@
 //!
 //! | feature | effect | default |
 //! |---|---|---|
+//! | `all-operations` | every group of instructions below | on |
+//! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob about twenty times faster, by a table of 16 KiB; results stay the same | off |
 //! | `wire` | what host and board say to each other over a serial line | off |

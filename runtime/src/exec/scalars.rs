@@ -1,5 +1,17 @@
 //! Scalar instructions: the loop in which most decisions spend their time.
 
+#![cfg_attr(
+    not(feature = "all-operations"),
+    allow(
+        dead_code,
+        unused_imports,
+        unused_variables,
+        unused_mut,
+        unreachable_code,
+        reason = "without some groups of operations, some helpers have no caller"
+    )
+)]
+
 use core::borrow::BorrowMut;
 
 use super::Code;
@@ -45,41 +57,74 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
         };
         let (a, b) = (load(words, i.a), load(words, i.b));
         let result = match i.op {
+            #[cfg(feature = "scalar")]
             Op::Add => math::add(a, b),
+            #[cfg(feature = "scalar")]
             Op::Sub => math::sub(a, b),
+            #[cfg(feature = "scalar")]
             Op::Mul => math::mul(a, b),
+            #[cfg(feature = "scalar")]
             Op::Div => math::div(a, b),
+            #[cfg(feature = "scalar")]
             Op::Min => math::min(a, b),
+            #[cfg(feature = "scalar")]
             Op::Max => math::max(a, b),
+            #[cfg(feature = "scalar")]
             Op::Pow => math::pow(a, b),
+            #[cfg(feature = "scalar")]
             Op::Abs => math::abs(a),
+            #[cfg(feature = "scalar")]
             Op::Recip => math::recip(a),
+            #[cfg(feature = "scalar")]
             Op::Sqr => math::sqr(a),
+            #[cfg(feature = "scalar")]
             Op::Cube => math::cube(a),
+            #[cfg(feature = "scalar")]
             Op::Sqrt => math::sqrt(a),
+            #[cfg(feature = "scalar")]
             Op::Sin => math::sin(a),
+            #[cfg(feature = "scalar")]
             Op::Cos => math::cos(a),
+            #[cfg(feature = "scalar")]
             Op::Tan => math::tan(a),
+            #[cfg(feature = "scalar")]
             Op::Asin => math::asin(a),
+            #[cfg(feature = "scalar")]
             Op::Acos => math::acos(a),
+            #[cfg(feature = "scalar")]
             Op::Atan => math::atan(a),
+            #[cfg(feature = "scalar")]
             Op::Tanh => math::tanh(a),
+            #[cfg(feature = "scalar")]
             Op::Exp => math::exp(a),
+            #[cfg(feature = "scalar")]
             Op::Log => math::log(a),
+            #[cfg(feature = "scalar")]
             Op::Heaviside => math::heaviside(a),
+            #[cfg(feature = "scalar")]
             Op::Cond => math::cond(load(words, i.d), a, b),
+            #[cfg(any(feature = "matrix", feature = "vector"))]
             Op::VElement | Op::MElement => a,
+            #[cfg(feature = "classic")]
             Op::MemRead => {
                 read_cell(policy, observer, i.a);
                 a
             }
+            #[cfg(feature = "classic")]
             Op::ClassicAdd => classic::add(load(words, i.d), a),
+            #[cfg(feature = "classic")]
             Op::ClassicSub => classic::sub(load(words, i.d), a),
+            #[cfg(feature = "classic")]
             Op::ClassicMult => classic::mult(load(words, i.d)),
+            #[cfg(feature = "classic")]
             Op::ClassicDiv => classic::div(load(words, i.d)),
+            #[cfg(feature = "classic")]
             Op::ClassicNeg => classic::neg(load(words, i.d), a),
+            #[cfg(feature = "classic")]
             Op::ClassicCos => classic::cos(a),
+            #[cfg(feature = "classic")]
             Op::ClassicLog => classic::log(load(words, i.d), a),
+            #[cfg(feature = "classic")]
             Op::ClassicExp => classic::exp(a),
             _ => return rest,
         };

@@ -1,5 +1,17 @@
 //! Instructions on vectors, matrices, constants and shared memory.
 
+#![cfg_attr(
+    not(feature = "all-operations"),
+    allow(
+        dead_code,
+        unused_imports,
+        unused_variables,
+        unused_mut,
+        unreachable_code,
+        reason = "without some groups of operations, some helpers have no caller"
+    )
+)]
+
 use super::rows::{
     each_row, elements, map_matrix, map_vector, matrix, put_matrix, put_row, vector, zip_matrix,
     zip_vector,
@@ -31,66 +43,99 @@ pub fn wides<'c, const W: usize, O: Observer>(
         };
         let [d, a, b] = [i.d, i.a, i.b].map(usize::from);
         match i.op {
+            #[cfg(feature = "vector")]
             Op::VAdd => zip_vector::<W>(words, [d, a, b], math::add),
+            #[cfg(feature = "vector")]
             Op::VSub => zip_vector::<W>(words, [d, a, b], math::sub),
+            #[cfg(feature = "vector")]
             Op::VMul => zip_vector::<W>(words, [d, a, b], math::mul),
+            #[cfg(feature = "vector")]
             Op::VDiv => zip_vector::<W>(words, [d, a, b], math::div),
+            #[cfg(feature = "vector")]
             Op::VMin => zip_vector::<W>(words, [d, a, b], math::min),
+            #[cfg(feature = "vector")]
             Op::VMax => zip_vector::<W>(words, [d, a, b], math::max),
+            #[cfg(feature = "vector")]
             Op::VAbs => map_vector::<W>(words, [d, a], math::abs),
+            #[cfg(feature = "vector")]
             Op::VRecip => map_vector::<W>(words, [d, a], math::recip),
+            #[cfg(feature = "vector")]
             Op::VHeaviside => map_vector::<W>(words, [d, a], math::heaviside),
+            #[cfg(feature = "vector")]
             Op::VScale => {
                 let s = load(words, i.a);
                 map_vector::<W>(words, [d, b], |x| math::mul(s, x));
             }
+            #[cfg(feature = "vector")]
             Op::VBroadcast => put_row(words, d, &[load(words, i.a); W]),
+            #[cfg(feature = "vector")]
             Op::Dot => store(
                 words,
                 i.d,
                 math::dot(vector::<W>(words, a), vector::<W>(words, b)),
             ),
+            #[cfg(feature = "vector")]
             Op::VNorm => store(words, i.d, math::norm(vector::<W>(words, a))),
+            #[cfg(feature = "vector")]
             Op::VMean => store(words, i.d, math::mean(vector::<W>(words, a))),
+            #[cfg(feature = "vector")]
             Op::VStd => store(words, i.d, math::std(vector::<W>(words, a))),
+            #[cfg(feature = "matrix")]
             Op::MatVec => {
                 let x = vector(words, b);
                 if let Some(value) = matrix::<W>(words, a).map(|m| math::mat_vec(m, x)) {
                     put_row(words, d, &value);
                 }
             }
+            #[cfg(feature = "matrix")]
             Op::RowNorm => put_row(words, d, &each_row::<W>(words, a, math::norm)),
+            #[cfg(feature = "matrix")]
             Op::RowMean => put_row(words, d, &each_row::<W>(words, a, math::mean)),
+            #[cfg(feature = "matrix")]
             Op::RowStd => put_row(words, d, &each_row::<W>(words, a, math::std)),
+            #[cfg(feature = "matrix")]
             Op::ColumnNorm => {
                 if let Some(value) = matrix::<W>(words, a).map(math::column_norm) {
                     put_row(words, d, &value);
                 }
             }
+            #[cfg(feature = "matrix")]
             Op::MAdd => zip_matrix::<W>(words, [d, a, b], math::add),
+            #[cfg(feature = "matrix")]
             Op::MSub => zip_matrix::<W>(words, [d, a, b], math::sub),
+            #[cfg(feature = "matrix")]
             Op::MMul => zip_matrix::<W>(words, [d, a, b], math::mul),
+            #[cfg(feature = "matrix")]
             Op::MDiv => zip_matrix::<W>(words, [d, a, b], math::div),
+            #[cfg(feature = "matrix")]
             Op::MMin => zip_matrix::<W>(words, [d, a, b], math::min),
+            #[cfg(feature = "matrix")]
             Op::MMax => zip_matrix::<W>(words, [d, a, b], math::max),
+            #[cfg(feature = "matrix")]
             Op::MAbs => map_matrix::<W>(words, [d, a], math::abs),
+            #[cfg(feature = "matrix")]
             Op::MRecip => map_matrix::<W>(words, [d, a], math::recip),
+            #[cfg(feature = "matrix")]
             Op::MHeaviside => map_matrix::<W>(words, [d, a], math::heaviside),
+            #[cfg(feature = "matrix")]
             Op::Transpose => {
                 if let Some(value) = matrix::<W>(words, a).map(math::transpose) {
                     put_matrix(words, d, &value);
                 }
             }
+            #[cfg(feature = "matrix")]
             Op::MScale => {
                 let s = load(words, i.a);
                 map_matrix::<W>(words, [d, b], |x| math::mul(s, x));
             }
+            #[cfg(feature = "matrix")]
             Op::Outer => {
                 let (x, y) = (*vector::<W>(words, a), *vector::<W>(words, b));
                 for (r, x) in x.iter().enumerate() {
                     put_row(words, d + r * W, &math::map(&y, |y| math::mul(*x, y)));
                 }
             }
+            #[cfg(feature = "matrix")]
             Op::MatMul => {
                 let product = matrix::<W>(words, a)
                     .zip(matrix::<W>(words, b))
@@ -99,27 +144,44 @@ pub fn wides<'c, const W: usize, O: Observer>(
                     put_matrix(words, d, &value);
                 }
             }
+            #[cfg(feature = "matrix")]
             Op::BroadcastRows => put_matrix(words, d, &[*vector::<W>(words, a); W]),
+            #[cfg(feature = "matrix")]
             Op::BroadcastColumns => {
                 let column = *vector::<W>(words, a);
                 for (r, x) in column.iter().enumerate() {
                     put_row(words, d + r * W, &[*x; W]);
                 }
             }
+            #[cfg(feature = "matrix")]
             Op::MNorm => store(words, i.d, math::norm(elements::<W>(words, a))),
+            #[cfg(feature = "matrix")]
             Op::MMean => store(words, i.d, math::mean(elements::<W>(words, a))),
+            #[cfg(feature = "matrix")]
             Op::MStd => store(words, i.d, math::std(elements::<W>(words, a))),
+            #[cfg(feature = "constants")]
             Op::ReloadS => reload(policy, words, program, i.d, 1),
+            #[cfg(feature = "constants")]
             Op::ReloadV => reload(policy, words, program, i.d, W),
+            #[cfg(feature = "constants")]
             Op::ReloadM => reload(policy, words, program, i.d, W * W),
+            #[cfg(feature = "team-memory")]
             Op::WriteS => write(words, shared, team, Section::Scalar, a, W),
+            #[cfg(feature = "team-memory")]
             Op::WriteV => write(words, shared, team, Section::Vector, a, W),
+            #[cfg(feature = "team-memory")]
             Op::WriteM => write(words, shared, team, Section::Matrix, a, W),
+            #[cfg(feature = "team-memory")]
             Op::ReadS => read(words, shared, team, Section::Scalar, i, W),
+            #[cfg(feature = "team-memory")]
             Op::ReadV => read(words, shared, team, Section::Vector, i, W),
+            #[cfg(feature = "team-memory")]
             Op::ReadM => read(words, shared, team, Section::Matrix, i, W),
+            #[cfg(feature = "team-memory")]
             Op::ReadWholeV => read_whole(words, shared, team, Section::Vector, [d, a], W),
+            #[cfg(feature = "team-memory")]
             Op::ReadWholeM => read_whole(words, shared, team, Section::Matrix, [d, a], W),
+            #[cfg(feature = "classic")]
             Op::MemWrite => write_indexed(policy, words, shared, program),
             _ => return rest,
         }

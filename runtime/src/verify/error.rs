@@ -1,5 +1,6 @@
 //! Why a policy is refused.
 
+use crate::isa::Group;
 use core::fmt;
 
 use crate::blob::DecodeError;
@@ -66,6 +67,8 @@ pub enum VerifyError {
         /// Its number within the program.
         instruction: u16,
     },
+    /// The policy uses instructions that this build of the runtime leaves out.
+    NotBuilt(Group),
     /// A constant or a word of the memory image is not finite.
     NotFinite {
         /// Which table.
@@ -114,6 +117,12 @@ impl fmt::Display for VerifyError {
             } => write!(
                 f,
                 "instruction {instruction} of program {program}: field `{field}` is out of range"
+            ),
+            Self::NotBuilt(group) => write!(
+                f,
+                "the policy needs instructions that this runtime was built without: \
+                 build tpg-runtime with its feature `{}`",
+                group.feature()
             ),
             Self::Group {
                 program,

@@ -2,6 +2,7 @@
 
 use super::{MAX_WIDTH, MAX_WORDS, VerifyError};
 use crate::blob::{ActionKind, Header, MemoryModel, RegisterMode, ResetScope};
+use crate::isa::Group;
 use crate::tables::{Tables, Target};
 
 /// The length of a table, as a number that errors can carry.
@@ -30,6 +31,14 @@ pub(super) fn at_most(field: &'static str, limit: u32, got: u32) -> Result<(), V
 }
 
 pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
+    let used = |group: &&Group| header.groups & group.bit() != 0;
+    if let Some(group) = Group::ALL
+        .iter()
+        .filter(used)
+        .find(|group| !group.is_built())
+    {
+        return Err(VerifyError::NotBuilt(*group));
+    }
     require(
         "programs",
         count(tables.programs),

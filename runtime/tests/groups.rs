@@ -1,0 +1,39 @@
+//! A policy that needs a group of instructions which this build leaves out is refused, and says which feature it needs.
+//!
+//! With every group built, the golden policies load; `cargo test -p tpg-runtime --no-default-features --features classic
+//! --test groups` shows the refusals.
+
+use tpg_runtime::isa::Group;
+use tpg_runtime::{Blob, Policy, VerifyError};
+
+const GOLDEN: [&[u8]; 4] = [
+    include_bytes!("../../tests/golden/v1/classic.tpg"),
+    include_bytes!("../../tests/golden/v1/reactive.tpg"),
+    include_bytes!("../../tests/golden/v1/team-memory.tpg"),
+    include_bytes!("../../tests/golden/v1/zero.tpg"),
+];
+
+#[test]
+fn a_policy_loads_where_its_groups_are_built() {
+    for bytes in GOLDEN {
+        let blob = Blob::decode(bytes).expect("a golden policy");
+        let header = blob.header();
+        let missing = Group::ALL
+            .into_iter()
+            .find(|group| header.groups & group.bit() != 0 && !group.is_built());
+        match (Policy::load(bytes), missing) {
+            (Ok(_), None) => {}
+            (Err(error), Some(group)) => {
+                assert_eq!(error, VerifyError::NotBuilt(group));
+                assert!(error.to_string().contains(group.feature()), "{error}");
+            }
+            (loaded, missing) => panic!("{missing:?} is missing, loaded: {}", loaded.is_ok()),
+        }
+    }
+}
+
+#[test]
+fn the_default_build_has_every_group() {
+    let all = Group::ALL.into_iter().all(Group::is_built);
+    assert_eq!(all, cfg!(feature = "all-operations"));
+}
