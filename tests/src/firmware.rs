@@ -65,6 +65,73 @@ pub fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
+fn runs(program: &str, args: &[&str]) -> bool {
+    let status = (Command::new(program).args(args))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    status.is_ok_and(|status| status.success())
+}
+
+/// Says why tests are skipped, or fails where they may not be.
+fn skip(name: &str, reason: &str) -> bool {
+    assert!(
+        env::var(REQUIRED).is_err(),
+        "{REQUIRED} is set, but {reason}"
+    );
+    eprintln!("skipped on {name}: {reason}");
+    false
+}
+
+/// Whether programs in C can be built for [`M4F`] and run; says why not.
+///
+/// # Panics
+/// If they cannot and the environment says that they must be, by [`REQUIRED`].
+#[must_use]
+pub fn c_is_available() -> bool {
+    if !M4F.is_available() {
+        return false;
+    }
+    for (program, package) in [("arm-none-eabi-gcc", "gcc-arm-none-eabi"), ("make", "make")] {
+        if !runs(program, &["--version"]) {
+            let reason = format!("{program} is missing: apt-get install {package}");
+            return skip("c-mps2-an386", &reason);
+        }
+    }
+    true
+}
+
+/// Builds the example in C with a policy and returns its program.
+///
+/// # Panics
+/// If it does not build.
+#[must_use]
+pub fn build_c(policy: &Path) -> PathBuf {
+    // All builds share a folder: the second one waits, and gets a program of its own.
+    static BUILDING: Mutex<()> = Mutex::new(());
+    let _one = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = repository().join("firmware-examples/c-mps2-an386");
+    let build = repository().join("target/firmware/c-mps2-an386");
+    let output = Command::new("make")
+        .args(["--silent", "-C"])
+        .arg(folder)
+        .arg(format!("CHAMPION={}", policy.display()))
+        .arg(format!("BUILD={}", build.display()))
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .output()
+        .expect("make starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "the example in C does not build: {said}"
+    );
+    let name = policy.file_stem().expect("a file's name");
+    let program = build.join(name).with_extension("elf");
+    fs::copy(build.join("decide.elf"), &program).expect("copied");
+    program
+}
+
 impl Board {
     /// Whether the board's emulator and compiler are here; says why not.
     ///
@@ -73,13 +140,6 @@ impl Board {
     #[must_use]
     pub fn is_available(&self) -> bool {
         let emulator = self.emulator[0];
-        let runs = |program: &str, args: &[&str]| {
-            let status = (Command::new(program).args(args))
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .status();
-            status.is_ok_and(|status| status.success())
-        };
         let cargo_for = repository().join("scripts/cargo-for");
         let reason = if !runs(emulator, &["--version"]) {
             format!("{emulator} is missing: apt-get install qemu-system-arm qemu-system-misc")
@@ -91,12 +151,7 @@ impl Board {
         } else {
             return true;
         };
-        assert!(
-            env::var(REQUIRED).is_err(),
-            "{REQUIRED} is set, but {reason}"
-        );
-        eprintln!("skipped on {}: {reason}", self.name);
-        false
+        skip(self.name, &reason)
     }
 
     /// Builds one of the board's programs with the champion of the examples and returns its file.
