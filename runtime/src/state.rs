@@ -62,9 +62,17 @@ pub(crate) fn observe(
             got: observation.len(),
         });
     }
-    let window = words.iter_mut().take(usize::from(header.window));
-    for (word, x) in window.zip(observation.iter().cycle()) {
+    let window = words.get_mut(..usize::from(header.window));
+    let Some((first, rest)) = window.unwrap_or_default().split_at_mut_checked(needed) else {
+        return Ok(());
+    };
+    for (word, x) in first.iter_mut().zip(observation) {
         *word = math::finite(*x);
+    }
+    for again in rest.chunks_mut(needed.max(1)) {
+        for (word, x) in again.iter_mut().zip(&*first) {
+            *word = *x;
+        }
     }
     Ok(())
 }

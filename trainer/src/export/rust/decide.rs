@@ -8,6 +8,18 @@ use tpg_runtime::tables::{Target, TeamId};
 use super::super::plan::{Member, Plan, TeamPlan};
 use super::program::{arguments, name, number};
 
+/// Fills a window that is longer than the observation.
+const CYCLIC_WINDOW: &str = "        let (first, rest) = x.split_at_mut(INPUTS);
+        for (x, element) in first.iter_mut().zip(observation) {
+            *x = math::finite(*element);
+        }
+        for again in rest.chunks_mut(INPUTS) {
+            for (x, element) in again.iter_mut().zip(&*first) {
+                *x = *element;
+            }
+        }
+";
+
 pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     let header = plan.policy.header();
     writeln!(
@@ -19,19 +31,16 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         "    pub fn decide(&mut self, observation: &[f32; INPUTS]) -> Decision {{"
     )?;
     writeln!(out, "        let mut x = [0.0; {}];", plan.window)?;
-    let elements = if plan.window == plan.inputs {
-        "observation"
+    if plan.window == plan.inputs {
+        writeln!(
+            out,
+            "        for (x, element) in x.iter_mut().zip(observation) {{"
+        )?;
+        writeln!(out, "            *x = math::finite(*element);\n        }}")?;
     } else {
-        "observation.iter().cycle()"
-    };
-    writeln!(
-        out,
-        "        for (x, element) in x.iter_mut().zip({elements}) {{"
-    )?;
-    writeln!(
-        out,
-        "            *x = math::finite(*element);\n        }}\n        let x = &x;"
-    )?;
+        out.push_str(CYCLIC_WINDOW);
+    }
+    writeln!(out, "        let x = &x;")?;
     for team in &plan.marked {
         writeln!(out, "        let mut visited_{team} = false;")?;
     }
