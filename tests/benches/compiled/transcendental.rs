@@ -66,8 +66,14 @@ impl Policy {
     /// Chooses the action for an observation; its non-finite elements count as 0.
     pub fn decide(&mut self, observation: &[f32; INPUTS]) -> Decision {
         let mut x = [0.0; 16];
-        for (x, element) in x.iter_mut().zip(observation.iter().cycle()) {
+        let (first, rest) = x.split_at_mut(INPUTS);
+        for (x, element) in first.iter_mut().zip(observation) {
             *x = math::finite(*element);
+        }
+        for again in rest.chunks_mut(INPUTS) {
+            for (x, element) in again.iter_mut().zip(&*first) {
+                *x = *element;
+            }
         }
         let x = &x;
         let (mut team, mut winner, mut instructions, mut teams) = (0u16, 0u16, 0u32, 0u16);
