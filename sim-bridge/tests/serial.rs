@@ -5,6 +5,7 @@
 mod support;
 
 use std::io::{Read, Write};
+use std::net::Shutdown;
 use std::ops::Range;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
@@ -267,6 +268,26 @@ fn commands_score_on_a_board_and_end_with_the_right_status() {
     let update = env!("CARGO_BIN_EXE_tpg-update");
     let end = Process::start(update, &file, &missing).end();
     end.assert_failure(4, &["cannot open /dev/no-such-tty"]);
+}
+
+#[test]
+fn a_board_that_goes_away_while_it_is_written_to_is_a_failure() {
+    let folder = Folder::new();
+    let file = folder.file("cartpole.tpg", &policy::cartpole(1));
+    let place = tempfile::tempdir().expect("a folder");
+    let path = place.path().join("deaf.sock");
+    let listener = UnixListener::bind(&path).expect("a socket");
+    let deaf = thread::spawn(move || {
+        let line = listener.accept().expect("a host").0;
+        line.shutdown(Shutdown::Read).expect("an open line");
+        line
+    });
+    let controller = format!("serial:{}", path.display());
+    let hil = env!("CARGO_BIN_EXE_tpg-hil");
+    let end = Process::start(hil, &file, &["--controller", &controller]).end();
+    // Of the first request's write and the shutdown either may come first; the second write finds a broken pipe.
+    end.assert_failure(4, &["is gone: unplugged"]);
+    drop(deaf);
 }
 
 #[test]

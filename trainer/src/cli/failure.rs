@@ -97,12 +97,12 @@ impl Failure {
     /// Prints the error to standard error, with its causes, and returns the status.
     #[must_use]
     pub fn report(&self) -> ExitCode {
-        // A closed pipe at the other end of our output is no error of ours.
-        let broken_pipe = self.error.chain().any(|cause| {
-            cause
-                .downcast_ref::<std::io::Error>()
-                .is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
-        });
+        // A closed pipe at the other end of our output is no error of ours. Only an error without a context can be
+        // that one: where a peer or a serial line went away, another error says so and has the pipe's as its source.
+        let outermost = self.error.chain().next();
+        let broken_pipe = outermost
+            .and_then(|error| error.downcast_ref::<std::io::Error>())
+            .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe);
         if broken_pipe {
             return Status::Fine.into();
         }
