@@ -7,7 +7,9 @@ mod header;
 pub use decode::{Blob, DecodeError};
 pub use encode::{EncodeError, encode, encoded_bound};
 pub(crate) use header::HeaderFault;
-pub use header::{ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope};
+pub use header::{
+    ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+};
 
 /// First bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"TPGB";

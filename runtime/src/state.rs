@@ -2,7 +2,7 @@
 
 use crate::action::Action;
 use crate::agent::{ObservationError, Reset};
-use crate::blob::{ActionKind, MemoryModel, ResetScope};
+use crate::blob::{ActionKind, MemoryModel};
 use crate::exec;
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
@@ -32,11 +32,10 @@ pub(crate) fn reset(
     what: Reset,
     agent_seed: u64,
 ) {
-    use ResetScope::{EveryDecision, Original, PerAgent, PerEpisode, PerGeneration};
-    let (registers, memory) = match (what, policy.header.reset_scope) {
-        (Reset::Agent, Original | PerGeneration) => (true, false),
-        (_, PerEpisode | EveryDecision) | (Reset::Agent, PerAgent) => (true, true),
-        (Reset::Episode, Original | PerGeneration | PerAgent) => (false, false),
+    let scope = policy.header.reset_scope;
+    let (registers, memory) = match what {
+        Reset::Agent => scope.at_agent(),
+        Reset::Episode => scope.at_episode(),
     };
     if memory {
         restore_memory(policy, words);

@@ -1,7 +1,8 @@
 //! Small policies for tests: described by hand, laid out and encoded through the runtime's public types.
 
 use tpg_runtime::blob::{
-    self, ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, encoded_bound,
+    self, ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+    encoded_bound,
 };
 use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::{Instruction, Program, Section, Tables, Target, Team};
@@ -85,6 +86,7 @@ pub fn header(width: u16, observation_len: u16) -> Header {
         initial_values: InitialValues::Evolved,
         reset_scope: ResetScope::EveryDecision,
         memory_model: MemoryModel::None,
+        write_distribution: WriteDistribution::Thesis,
         groups: Group::ALL.iter().map(|g| g.bit()).sum(),
         action_low: -1.0,
         action_high: 1.0,

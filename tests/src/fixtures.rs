@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::Op;
 use tpg_trainer::evolve::{Action, Instruction, Population, Program, Shape, Source, Team, TeamId};
 use tpg_trainer::lower::{Contract, Mode, lower};
@@ -41,6 +41,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
         initial_values: InitialValues::Evolved,
         reset_scope: ResetScope::PerEpisode,
         memory_model: MemoryModel::Team,
+        write_distribution: WriteDistribution::Thesis,
     };
     let mut population = Population::default();
     let last = add_team(&mut population, &shape, 3, None);
@@ -84,6 +85,7 @@ fn add_team(
         members,
         memory: constants(shape.team_constants(), key),
         stream_key,
+        reset_rule: None,
     })
 }
 

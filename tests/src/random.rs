@@ -1,6 +1,8 @@
 //! Random policies of every kind, wilder than evolution makes them: cycles, shared programs, every operation.
 
-use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::blob::{
+    ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+};
 use tpg_runtime::isa::{Destination, Group, INDEXED_CELLS, Op, Operand};
 use tpg_runtime::rng::mix64;
 use tpg_runtime::tables::{Instruction, Section, Target, Team, TeamId};
@@ -108,8 +110,11 @@ fn blank(dice: &mut Dice) -> Draft {
             ResetScope::PerGeneration,
             ResetScope::PerAgent,
             ResetScope::PerEpisode,
+            ResetScope::MemoryPerAgent,
+            ResetScope::MemoryPerEpisode,
         ])
     };
+    header.write_distribution = dice.pick(WriteDistribution::ALL);
     header.action_kind = dice.pick(ActionKind::ALL);
     header.actions = match header.action_kind {
         ActionKind::Discrete => dice.within(1, 4) as u16,

@@ -1,6 +1,8 @@
 //! Decisions of small graphs, worked out by hand: `docs/semantics.md`, "One decision", "State" and "Actions".
 
-use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::blob::{
+    ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+};
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
 use tpg_runtime::{Action, Agent, AnyWidth, CapacityError, Fixed, ObservationError, Policy, Reset};
@@ -248,12 +250,16 @@ fn clears(scope: ResetScope, what: Reset) -> [bool; 3] {
 
 #[test]
 fn reset_scopes_say_what_a_reset_clears() {
-    use ResetScope::{Original, PerAgent, PerEpisode, PerGeneration};
+    use ResetScope::{
+        MemoryPerAgent, MemoryPerEpisode, Original, PerAgent, PerEpisode, PerGeneration,
+    };
     for (scope, at_agent, at_episode) in [
         (Original, [true, false, true], [false; 3]),
         (PerGeneration, [true, false, true], [false; 3]),
         (PerAgent, [true; 3], [false; 3]),
         (PerEpisode, [true; 3], [true; 3]),
+        (MemoryPerAgent, [true; 3], [true, false, true]),
+        (MemoryPerEpisode, [true; 3], [false, true, false]),
     ] {
         assert_eq!(clears(scope, Reset::Agent), at_agent, "{scope:?}, agent");
         assert_eq!(
@@ -262,7 +268,7 @@ fn reset_scopes_say_what_a_reset_clears() {
             "{scope:?}, episode"
         );
     }
-    // The fifth scope is that of stateless policies, whose registers never outlive a run.
+    // The last scope is that of stateless policies, whose registers never outlive a run.
     let bytes = accumulator().encode();
     let mut stateless = agent(&bytes);
     assert_eq!(
@@ -274,6 +280,34 @@ fn reset_scopes_say_what_a_reset_clears() {
         stateless.reset(what, 1);
         let s0 = usize::from(accumulator().scalar(0, 0));
         assert_eq!(stateless.words()[s0].to_bits(), 10.0f32.to_bits());
+    }
+}
+
+/// Where a policy's writes go follows the distribution that its header names.
+#[test]
+fn writes_follow_their_distribution() {
+    let share_of_the_ends = |distribution| {
+        let mut draft = writer(ResetScope::PerEpisode);
+        draft.header.write_distribution = distribution;
+        let bytes = draft.encode();
+        let mut agent = agent(&bytes);
+        let mut ends = 0;
+        for _ in 0..4000 {
+            agent.set_memory(&[0.0; 8]).expect("eight words");
+            agent.decide(&[1.0, 0.0, 0.0]).expect("three elements");
+            let slot = agent.memory().iter().position(|x| *x > 0.0);
+            ends += u32::from(matches!(slot, Some(0 | 7)));
+        }
+        f64::from(ends) / 4000.0
+    };
+    // P(x < 1) + P(x >= 7) of N(4, (4/3)^2), of eight equal slots, of Cauchy's distribution around 4 with scale 4/3.
+    for (distribution, share) in [
+        (WriteDistribution::Thesis, 0.0244),
+        (WriteDistribution::Uniform, 0.25),
+        (WriteDistribution::Exchanged, 0.2663),
+    ] {
+        let found = share_of_the_ends(distribution);
+        assert!((found - share).abs() < 0.025, "{distribution:?}: {found}");
     }
 }
 

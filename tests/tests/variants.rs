@@ -58,6 +58,7 @@ fn shared_memory_travels_with_the_champion() {
     for (strategy, scope) in [
         ("original", ResetScope::Original),
         ("per-generation", ResetScope::PerGeneration),
+        ("on-fall", ResetScope::Original),
         ("per-agent", ResetScope::PerAgent),
     ] {
         let preset = format!("cartpole-{strategy}");
@@ -80,11 +81,21 @@ fn shared_memory_travels_with_the_champion() {
         } else {
             assert_eq!(cells, 800, "other agents may read any cell");
         }
-        if scope == ResetScope::Original {
+        if strategy == "original" {
             assert_eq!(carried, 800, "the population's memory is carried on");
         }
         let arguments = ["--episodes", "10", "--json"];
         let run = |verb| tpg_json(&[&[verb, text(&one)], arguments.as_slice()].concat());
         assert_eq!(run("eval")["returns"], run("hil")["returns"], "{strategy}");
     }
+}
+
+/// An agent that chose when it is reset is reset so wherever it runs.
+#[test]
+fn an_evolved_rule_travels_with_the_champion() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let champion = train("cartpole-evolved-resets", "2", folder.path());
+    let arguments = ["--episodes", "10", "--json"];
+    let run = |verb| tpg_json(&[&[verb, text(&champion)], arguments.as_slice()].concat());
+    assert_eq!(run("eval")["returns"], run("hil")["returns"]);
 }

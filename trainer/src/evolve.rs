@@ -6,7 +6,9 @@ mod population;
 mod select;
 mod vary;
 
-pub use genome::{Action, Genes, Instruction, Program, ProgramId, Shape, Source, Team, TeamId};
+pub use genome::{
+    Action, Genes, Instruction, Program, ProgramId, ResetRule, Shape, Source, Team, TeamId,
+};
 pub use params::{ConstantParams, EvolutionParams, ProgramParams, SizeRange, TeamParams};
 pub use population::Population;
 pub use select::{rank, select};
@@ -29,6 +31,7 @@ pub(crate) mod tests {
             ops: Genes::ops_of(&[Group::Scalar, Group::Vector, Group::TeamMemory]),
             constants: true,
             team_memory: true,
+            reset_rules: true,
         }
     }
 
@@ -50,6 +53,7 @@ pub(crate) mod tests {
                 repeat: false,
                 reorder: 0.1,
                 mutate: 0.0,
+                reset: 0.1,
             },
             program: ProgramParams {
                 size: SizeRange {

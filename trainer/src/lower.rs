@@ -19,7 +19,9 @@ pub enum Mode {
 
 #[cfg(test)]
 mod tests {
-    use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope};
+    use tpg_runtime::blob::{
+        InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+    };
     use tpg_runtime::isa::Group;
     use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
@@ -105,6 +107,7 @@ mod tests {
                 ResetScope::EveryDecision
             },
             memory_model: case.memory,
+            write_distribution: WriteDistribution::Thesis,
         }
     }
 
@@ -158,6 +161,7 @@ mod tests {
             ops: Genes::ops_of(case.groups),
             constants: case.constants,
             team_memory: case.memory == MemoryModel::Team,
+            reset_rules: false,
         };
         let params = crate::evolve::tests::params();
         let contract = contract(case, shape);

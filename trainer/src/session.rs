@@ -3,6 +3,8 @@
 mod checkpoint;
 mod provenance;
 mod report;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -109,6 +111,8 @@ pub struct Session {
     records: BTreeMap<TeamId, Record>,
     /// The population's memory, for scopes in which it outlives agents; `None` until something is in it.
     memory: Option<Arc<[f32]>>,
+    /// Median scores of the teams that the last generation made, and the one before.
+    medians: [Option<f64>; 2],
     exported: Option<Exported>,
     overhead: Overhead,
 }
@@ -151,6 +155,7 @@ impl Session {
             population: Population::default(),
             records: BTreeMap::new(),
             memory: None,
+            medians: [None; 2],
             exported: None,
             overhead: Overhead::default(),
         })
@@ -226,6 +231,11 @@ impl Session {
         self.overhead.variation += started.elapsed();
         let tally = self.score(pool, &newcomers);
         let scored = Instant::now();
+        let fresh: Vec<f64> = newcomers
+            .iter()
+            .map(|n| self.records[&n.root].score)
+            .collect();
+        self.medians = [Some(crate::stats::median(&fresh)), self.medians[0]];
         let mut scores = self.scores();
         let keep = self.blueprint.params.population as usize;
         select(&mut self.population, &mut scores, keep);
@@ -286,12 +296,20 @@ impl Session {
             ResetScope::PerEpisode | ResetScope::EveryDecision => {
                 self.score_apart(pool, newcomers, &seeds, Split::Episodes)
             }
-            ResetScope::PerAgent => self.score_apart(pool, newcomers, &seeds, Split::Agents),
+            ResetScope::PerAgent | ResetScope::MemoryPerAgent | ResetScope::MemoryPerEpisode => {
+                self.score_apart(pool, newcomers, &seeds, Split::Agents)
+            }
             ResetScope::PerGeneration => {
                 self.memory = None;
                 self.score_in_turn(pool, newcomers, &seeds)
             }
-            ResetScope::Original => self.score_in_turn(pool, newcomers, &seeds),
+            ResetScope::Original => {
+                let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
+                if self.blueprint.wipe_on_fall && fallen {
+                    self.memory = None;
+                }
+                self.score_in_turn(pool, newcomers, &seeds)
+            }
         }
     }
 

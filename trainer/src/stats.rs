@@ -19,6 +19,18 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
     (squares / (samples.len() - 1) as f64).sqrt()
 }
 
+/// The middle sample, or the mean of the two middle ones; NaN of nothing.
+#[must_use]
+pub fn median(samples: &[f64]) -> f64 {
+    let mut sorted = samples.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => f64::NAN,
+        n if n.is_multiple_of(2) => mean(&sorted[n / 2 - 1..=n / 2]),
+        n => sorted[n / 2],
+    }
+}
+
 /// Resamples of a bootstrap: the ends of its interval then vary by less than a hundredth of its width.
 const RESAMPLES: usize = 10_000;
 
@@ -52,6 +64,8 @@ mod tests {
         assert!((mean(&samples) - 5.0).abs() < 1e-12);
         assert!((standard_deviation(&samples) - (32.0f64 / 7.0).sqrt()).abs() < 1e-12);
         assert!(standard_deviation(&[1.0]).abs() < 1e-12);
+        assert!((median(&samples) - 4.5).abs() < 1e-12);
+        assert!((median(&[9.0, -1.0, 2.0]) - 2.0).abs() < 1e-12);
     }
 
     /// For a large normal sample the interval is the mean ± 1.96 standard errors.

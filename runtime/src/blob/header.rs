@@ -70,6 +70,32 @@ coded! {
         PerEpisode = 3 "per-episode",
         /// Registers before every run; for policies without memory and with stateless registers.
         EveryDecision = 4 "every-decision",
+        /// Registers when an episode starts, memory when an agent does (a rule that may evolve, thesis §2.7).
+        MemoryPerAgent = 5 "memory-per-agent",
+        /// Registers when an agent starts, memory when an episode does (a rule that may evolve, thesis §2.7).
+        MemoryPerEpisode = 6 "memory-per-episode",
+    }
+}
+
+impl ResetScope {
+    /// Whether registers and random streams, and whether memory, are reset at the start of an agent's evaluation.
+    #[must_use]
+    pub const fn at_agent(self) -> (bool, bool) {
+        match self {
+            Self::Original | Self::PerGeneration => (true, false),
+            _ => (true, true),
+        }
+    }
+
+    /// Whether registers and random streams, and whether memory, are reset at the start of an episode.
+    #[must_use]
+    pub const fn at_episode(self) -> (bool, bool) {
+        match self {
+            Self::Original | Self::PerGeneration | Self::PerAgent => (false, false),
+            Self::PerEpisode | Self::EveryDecision => (true, true),
+            Self::MemoryPerAgent => (true, false),
+            Self::MemoryPerEpisode => (false, true),
+        }
     }
 }
 
@@ -82,6 +108,19 @@ coded! {
         Team = 1 "team",
         /// Indexed memory of 100 × 8 scalars (thesis §2.4.3).
         Indexed = 2 "indexed",
+    }
+}
+
+coded! {
+    /// With what probabilities writes reach the slots or cells of memory.
+    WriteDistribution {
+        /// The thesis's own: normal for team memory (Equation 3.4.1), of Cauchy's shape for indexed memory
+        /// (Equation 2.4.2).
+        Thesis = 0 "thesis",
+        /// All slots or cells alike (thesis §2.7).
+        Uniform = 1 "uniform",
+        /// Each memory with the other one's shape (thesis §2.7).
+        Exchanged = 2 "exchanged",
     }
 }
 
@@ -116,6 +155,8 @@ pub struct Header {
     pub reset_scope: ResetScope,
     /// What memory programs share.
     pub memory_model: MemoryModel,
+    /// With what probabilities writes reach the slots or cells of memory.
+    pub write_distribution: WriteDistribution,
     /// Bits of the [instruction groups](crate::isa::Group) that the code uses.
     pub groups: u16,
     /// Lower limit of continuous actions, in the task's unit.
@@ -210,7 +251,10 @@ impl Header {
         let Some(memory_model) = MemoryModel::from_code(u8_at(bytes, 38)) else {
             return Err(HeaderFault::Field("memory model"));
         };
-        if u8_at(bytes, 39) != 0 || u16_at(bytes, 54) != 0 {
+        let Some(write_distribution) = WriteDistribution::from_code(u8_at(bytes, 39)) else {
+            return Err(HeaderFault::Field("write distribution"));
+        };
+        if u16_at(bytes, 54) != 0 {
             return Err(HeaderFault::Field("reserved bytes"));
         }
         Ok(Header {
@@ -228,6 +272,7 @@ impl Header {
             initial_values,
             reset_scope,
             memory_model,
+            write_distribution,
             groups: u16_at(bytes, 52),
             action_low: f32::from_bits(u32_at(bytes, 40)),
             action_high: f32::from_bits(u32_at(bytes, 44)),
@@ -270,7 +315,7 @@ impl Header {
             self.initial_values as u8,
             self.reset_scope as u8,
             self.memory_model as u8,
-            0,
+            self.write_distribution as u8,
         ]);
         put(&self.action_low.to_le_bytes());
         put(&self.action_high.to_le_bytes());

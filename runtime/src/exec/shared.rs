@@ -1,10 +1,8 @@
 //! Accesses to evolved constants and shared memory.
 
-use rand_core::Rng as _;
-
 use super::{Shared, fill_initial};
 use crate::isa::REGISTERS;
-use crate::memory::slot_of;
+use crate::memory::draw_slot;
 use crate::tables::{Instruction, Program, Section, Team};
 use crate::trace::{Observer, Place};
 use crate::verify::Policy;
@@ -23,6 +21,7 @@ pub(super) fn reload(
 
 /// Writes a register to a slot drawn at random (thesis Equation 3.4.1); slots that nobody reads are not kept.
 pub(super) fn write<O: Observer>(
+    policy: &Policy<'_>,
     words: &mut [f32],
     shared: &mut Shared<'_, O>,
     team: &Team,
@@ -33,7 +32,7 @@ pub(super) fn write<O: Observer>(
     let Some(stream) = team.stream(section).and_then(|s| shared.streams.get_mut(s)) else {
         return;
     };
-    let slot = slot_of(stream.next_u32());
+    let slot = draw_slot(stream, policy.header.write_distribution.built());
     let Some(start) = team.slot_start(section, slot, width) else {
         return;
     };
@@ -88,9 +87,10 @@ pub(super) fn write_indexed<O: Observer>(
 ) {
     let write = shared.indexed.begin_write();
     let first = policy.cells_start();
+    let distribution = policy.header.write_distribution.built();
     for (k, bytes) in policy.tables.cells.iter().enumerate() {
         let cell = u16::from_le_bytes(*bytes);
-        if write.reaches(cell) {
+        if write.reaches(cell, distribution) {
             shared.observer.write(Place::Cell(cell));
             let column = usize::from(cell) % REGISTERS;
             copy(

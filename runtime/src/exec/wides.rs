@@ -166,11 +166,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
             #[cfg(feature = "constants")]
             Op::ReloadM => reload(policy, words, program, i.d, W * W),
             #[cfg(feature = "team-memory")]
-            Op::WriteS => write(words, shared, team, Section::Scalar, a, W),
+            Op::WriteS => write(policy, words, shared, team, Section::Scalar, a, W),
             #[cfg(feature = "team-memory")]
-            Op::WriteV => write(words, shared, team, Section::Vector, a, W),
+            Op::WriteV => write(policy, words, shared, team, Section::Vector, a, W),
             #[cfg(feature = "team-memory")]
-            Op::WriteM => write(words, shared, team, Section::Matrix, a, W),
+            Op::WriteM => write(policy, words, shared, team, Section::Matrix, a, W),
             #[cfg(feature = "team-memory")]
             Op::ReadS => read(words, shared, team, Section::Scalar, i, W),
             #[cfg(feature = "team-memory")]

@@ -3,7 +3,7 @@
 use crate::isa::Group;
 use core::fmt;
 
-use crate::blob::DecodeError;
+use crate::blob::{DecodeError, WriteDistribution};
 
 /// Why a well-formed blob is no executable policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,6 +69,8 @@ pub enum VerifyError {
     },
     /// The policy uses instructions that this build of the runtime leaves out.
     NotBuilt(Group),
+    /// The policy writes its memory by a distribution that this build of the runtime leaves out.
+    WritesNotBuilt(WriteDistribution),
     /// A constant or a word of the memory image is not finite.
     NotFinite {
         /// Which table.
@@ -123,6 +125,12 @@ impl fmt::Display for VerifyError {
                 "the policy needs instructions that this runtime was built without: \
                  build tpg-runtime with its feature `{}`",
                 group.feature()
+            ),
+            Self::WritesNotBuilt(distribution) => write!(
+                f,
+                "the policy's memory is written by the distribution `{}`, which this runtime was built without: \
+                 build tpg-runtime with its feature `write-distributions`",
+                distribution.name()
             ),
             Self::Group {
                 program,

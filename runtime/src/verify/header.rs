@@ -39,6 +39,9 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
     {
         return Err(VerifyError::NotBuilt(*group));
     }
+    if !header.write_distribution.is_built() {
+        return Err(VerifyError::WritesNotBuilt(header.write_distribution));
+    }
     require(
         "programs",
         count(tables.programs),

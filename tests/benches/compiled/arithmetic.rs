@@ -12,7 +12,7 @@
 //!   3: x [m]
 #![allow(unused, clippy::all, clippy::pedantic)]
 
-use tpg_runtime::memory::{IndexedStream, draw_slot, slot_stream};
+use tpg_runtime::memory::{IndexedStream, WriteDistribution, draw_slot, slot_stream};
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::tables::Section;
 use tpg_runtime::{Reset, math};

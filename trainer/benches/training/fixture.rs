@@ -49,6 +49,7 @@ pub fn population(config: &Config, size: Size, seed: u64) -> Population {
             members,
             memory: constants(genes.shape.team_constants(), &mut rng),
             stream_key: rng.word() as u32,
+            reset_rule: None,
         });
         population.roots.push(root);
     }

@@ -1,6 +1,6 @@
 //! A configuration whose meaning has been checked, in the types that evolution and scoring use.
 
-use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::Section;
 
@@ -24,6 +24,8 @@ pub struct Blueprint {
     pub contract: Contract,
     /// What policies see.
     pub observability: Vec<Observability>,
+    /// Whether the population's memory is wiped when the median score falls (T §2.7).
+    pub wipe_on_fall: bool,
     /// Training episodes of each new team.
     pub episodes: u32,
     /// Rates and sizes of evolution.
@@ -52,6 +54,7 @@ impl Blueprint {
         let spec = task.spec();
         let policy = &config.policy;
         let groups = groups(&policy.groups)?;
+        let resets = Resets::named(&policy.reset_scope)?;
         let contract = Contract {
             task: spec.name.clone(),
             observability: stack_text(&observability),
@@ -70,15 +73,16 @@ impl Blueprint {
                 InitialValues::ALL,
                 InitialValues::name,
             )?,
-            reset_scope: named(
-                "policy.reset-scope",
-                &policy.reset_scope,
-                ResetScope::ALL,
-                ResetScope::name,
-            )?,
+            reset_scope: resets.scope(),
             memory_model: named("policy.memory", &policy.memory, MemoryModel::ALL, |v| {
                 v.name()
             })?,
+            write_distribution: named(
+                "policy.memory-writes",
+                &policy.memory_writes,
+                WriteDistribution::ALL,
+                WriteDistribution::name,
+            )?,
         };
         check_policy(&contract, &groups, config)?;
         check_params(&config.evolution, config.evaluation.episodes)?;
@@ -91,9 +95,11 @@ impl Blueprint {
                 ops: ops(&groups, &policy.memory_sections, contract.memory_model)?,
                 constants: contract.initial_values == InitialValues::Evolved,
                 team_memory: contract.memory_model == MemoryModel::Team,
+                reset_rules: resets == Resets::Evolved,
             },
             contract,
             observability,
+            wipe_on_fall: resets == Resets::OnFall,
             episodes: config.evaluation.episodes,
             params: config.evolution,
         })
@@ -109,6 +115,43 @@ impl Blueprint {
         let wrappers = Wrappers::new(&self.observability, task.spec())
             .map_err(|e| value("observability", &self.contract.observability, e.to_string()))?;
         Ok(Arena::new(task, wrappers))
+    }
+}
+
+/// Who decides when registers and memory are reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Resets {
+    /// The run, once for all policies.
+    Fixed(ResetScope),
+    /// The run: one memory for the population, wiped when the median score falls.
+    OnFall,
+    /// Each policy, as it evolved.
+    Evolved,
+}
+
+impl Resets {
+    const ON_FALL: &str = "on-fall";
+    const EVOLVED: &str = "evolved";
+
+    fn named(name: &str) -> Result<Self, ConfigError> {
+        let fixed = ResetScope::ALL.iter().copied();
+        let all: Vec<Self> = (fixed.map(Resets::Fixed))
+            .chain([Resets::OnFall, Resets::Evolved])
+            .collect();
+        named("policy.reset-scope", name, &all, |resets| match resets {
+            Resets::Fixed(scope) => scope.name(),
+            Resets::OnFall => Self::ON_FALL,
+            Resets::Evolved => Self::EVOLVED,
+        })
+    }
+
+    /// What policies say of themselves, unless they evolved a rule of their own.
+    const fn scope(self) -> ResetScope {
+        match self {
+            Resets::Fixed(scope) => scope,
+            Resets::OnFall => ResetScope::Original,
+            Resets::Evolved => ResetScope::PerAgent,
+        }
     }
 }
 
@@ -279,6 +322,7 @@ fn check_params(params: &EvolutionParams, episodes: u32) -> Result<(), ConfigErr
         ("evolution.team.add", team.add),
         ("evolution.team.reorder", team.reorder),
         ("evolution.team.mutate", team.mutate),
+        ("evolution.team.reset", team.reset),
         ("evolution.program.code", program.code),
         ("evolution.program.change", program.change),
         ("evolution.program.swap", program.swap),

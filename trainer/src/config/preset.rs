@@ -15,12 +15,11 @@ macro_rules! files {
 }
 
 const TASKS: &[(&str, &str)] = files!("tasks": "inverted-double-pendulum" "hopper" "half-cheetah" "cartpole" "acrobot" "pendulum");
-/// Chapter 3's variants and its future work (T Tab 3.1, §3.8), for every task.
-const VARIANTS: &[(&str, &str)] =
-    files!("variants": "sl-nc" "sl" "sr" "sr-sm" "sr-mm" "sr-sm-whole");
-/// Chapter 2's strategies (T Alg 1), for its own tasks of classic control.
-const STRATEGIES: &[(&str, &str)] =
-    files!("variants": "original" "per-generation" "per-agent" "per-episode" "no-memory");
+/// Chapter 3's variants (T Tab 3.1) and future work (T §3.8, §2.7), for every task.
+const VARIANTS: &[(&str, &str)] = files!("variants": "sl-nc" "sl" "sr" "sr-sm" "sr-mm" "sr-sm-whole" "sr-sm-uniform" "sr-sm-exchanged");
+/// Chapter 2's strategies (T Alg 1) and future work (T §2.7), for its own tasks of classic control.
+const STRATEGIES: &[(&str, &str)] = files!("variants": "original" "per-generation" "per-agent" "per-episode" "no-memory"
+    "on-fall" "evolved-resets" "per-episode-uniform" "per-episode-exchanged");
 const CLASSIC_CONTROL: &[&str] = &["cartpole", "acrobot", "pendulum"];
 /// Suffix and observability; without a suffix the task's own holds.
 const BLACKOUTS: &[(&str, &str)] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];

@@ -38,6 +38,8 @@ pub struct PolicyConfig {
     pub memory: String,
     /// Sections of team memory that programs may write and read.
     pub memory_sections: Vec<String>,
+    /// With what probabilities writes reach the slots or cells of memory.
+    pub memory_writes: String,
 }
 
 /// How teams are scored.

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use tpg_runtime::blob::ResetScope;
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
 
@@ -65,6 +66,8 @@ pub struct Genes {
     pub constants: bool,
     /// Whether teams have shared memory.
     pub team_memory: bool,
+    /// Whether agents evolve when they are reset.
+    pub reset_rules: bool,
 }
 
 impl Genes {
@@ -281,4 +284,37 @@ pub struct Team {
     pub memory: Arc<[f32]>,
     /// Names its random streams; kept by its clones.
     pub stream_key: u32,
+    /// When an agent with this root is reset, in a run where agents evolve it.
+    pub reset_rule: Option<ResetRule>,
+}
+
+/// When an agent's registers and memory are reset beside its start: a rule that it evolves (T §2.7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ResetRule {
+    /// Registers and random streams: at the start of each episode.
+    pub registers: bool,
+    /// Shared memory: at the start of each episode.
+    pub memory: bool,
+}
+
+impl ResetRule {
+    /// One of the four rules.
+    #[must_use]
+    pub fn random(rng: &mut Rng) -> Self {
+        ResetRule {
+            registers: rng.chance(0.5),
+            memory: rng.chance(0.5),
+        }
+    }
+
+    /// What a policy's header says of it.
+    #[must_use]
+    pub const fn scope(self) -> ResetScope {
+        match (self.registers, self.memory) {
+            (false, false) => ResetScope::PerAgent,
+            (true, false) => ResetScope::MemoryPerAgent,
+            (false, true) => ResetScope::MemoryPerEpisode,
+            (true, true) => ResetScope::PerEpisode,
+        }
+    }
 }

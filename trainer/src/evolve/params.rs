@@ -52,6 +52,8 @@ pub struct TeamParams {
     pub reorder: f64,
     /// For each program: replacing it by a mutated clone; 0 stands for 1/size. At least one is replaced.
     pub mutate: f64,
+    /// Drawing a new rule of resets, in a run where agents evolve it.
+    pub reset: f64,
 }
 
 /// How programs vary; rates are probabilities for each program that is mutated.

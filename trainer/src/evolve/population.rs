@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::genome::random_constants;
-use super::{Action, EvolutionParams, Genes, Program, ProgramId, SizeRange, Team, TeamId};
+use super::{
+    Action, EvolutionParams, Genes, Program, ProgramId, ResetRule, SizeRange, Team, TeamId,
+};
 use crate::task::Rng;
 
 /// Roots, and all teams and programs that they can reach.
@@ -38,6 +40,7 @@ impl Population {
                 members,
                 memory: random_memory(genes, rng),
                 stream_key: rng.word() as u32,
+                reset_rule: genes.reset_rules.then(|| ResetRule::random(rng)),
             });
             population.roots.push(root);
         }

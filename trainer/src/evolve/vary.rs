@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::genome::{Source, random_atomic};
 use super::{
-    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, Team, TeamId, rank,
+    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
+    TeamId, rank,
 };
 use crate::task::Rng;
 
@@ -57,6 +58,9 @@ impl Variation<'_> {
         if !team.memory.is_empty() && rng.chance(self.params.constants.mutate) {
             team.memory = self.mutate_constants(&team.memory, rng);
         }
+        if team.reset_rule.is_some() && rng.chance(self.params.team.reset) {
+            team.reset_rule = Some(ResetRule::random(rng));
+        }
         Child {
             team: population.add_team(team),
             parent,
@@ -93,11 +97,11 @@ impl Variation<'_> {
                 let copy = members == first.members || members == second.members;
                 if !copy && population.has_exit(&members) {
                     let memory = Arc::clone(&first.memory);
-                    let stream_key = first.stream_key;
                     let child = Team {
                         members,
                         memory,
-                        stream_key,
+                        stream_key: first.stream_key,
+                        reset_rule: first.reset_rule,
                     };
                     return (parent, child);
                 }
@@ -314,6 +318,11 @@ mod tests {
                 .map(|r| population.reachable(*r).len());
             deepest = deepest.max(depths.max().unwrap_or(0));
         }
+        let rules: std::collections::BTreeSet<_> = (population.roots.iter())
+            .filter_map(|root| population.team(*root).reset_rule.map(ResetRule::scope))
+            .map(tpg_runtime::blob::ResetScope::name)
+            .collect();
+        assert!(rules.len() > 1, "rules of resets do not vary: {rules:?}");
         assert!(deepest >= 3, "no graph of teams emerged: {deepest}");
     }
 

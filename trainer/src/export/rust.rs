@@ -33,13 +33,20 @@ fn write_module(out: &mut String, plan: &Plan<'_>, command: &str) -> fmt::Result
     out.push_str("#![allow(unused, clippy::all, clippy::pedantic)]\n\n");
     writeln!(
         out,
-        "use tpg_runtime::memory::{{IndexedStream, draw_slot, slot_stream}};"
+        "use tpg_runtime::memory::{{IndexedStream, WriteDistribution, draw_slot, slot_stream}};"
     )?;
     writeln!(
         out,
         "use tpg_runtime::rng::Pcg32;\nuse tpg_runtime::tables::Section;\nuse tpg_runtime::{{Reset, math}};\n"
     )?;
     let header = plan.policy.header();
+    if plan.memory_words() > 0 {
+        writeln!(
+            out,
+            "const WRITES: WriteDistribution = WriteDistribution::{:?};\n",
+            header.write_distribution
+        )?;
+    }
     writeln!(
         out,
         "/// Length of an observation.\npub const INPUTS: usize = {};",

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use tpg_runtime::Header;
 use tpg_runtime::blob::{
     self, ActionKind, EncodeError, InitialValues, MemoryModel, RegisterMode, ResetScope,
+    WriteDistribution,
 };
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
 use tpg_runtime::tables::{self, Section, Tables, Target};
@@ -12,7 +13,7 @@ use tpg_runtime::tables::{self, Section, Tables, Target};
 use super::Mode;
 use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
 use crate::evolve::{
-    Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
+    Action, Instruction, Population, Program, ProgramId, ResetRule, Shape, Source, Team, TeamId,
 };
 use crate::task::ActionSpace;
 
@@ -37,6 +38,8 @@ pub struct Contract {
     pub reset_scope: ResetScope,
     /// What memory programs share.
     pub memory_model: MemoryModel,
+    /// With what probabilities writes reach the slots or cells of memory.
+    pub write_distribution: WriteDistribution,
 }
 
 /// A graph that the format cannot hold.
@@ -458,14 +461,21 @@ fn header(contract: &Contract, graph: &Graph<'_>, kept: &Kept) -> Result<Header,
         action_kind,
         register_mode: contract.register_mode,
         initial_values: contract.initial_values,
-        reset_scope: contract.reset_scope,
+        reset_scope: reset_scope(contract, graph),
         memory_model: contract.memory_model,
+        write_distribution: contract.write_distribution,
         groups: 0,
         action_low,
         action_high,
         control_period_us: contract.control_period_us,
         provenance: [0; 16],
     })
+}
+
+/// The agent's own rule of resets, where agents evolve it.
+fn reset_scope(contract: &Contract, graph: &Graph<'_>) -> ResetScope {
+    let rule = graph.teams.first().and_then(|(_, root)| root.reset_rule);
+    rule.map_or(contract.reset_scope, ResetRule::scope)
 }
 
 /// State words that the observation needs, repeated cyclically, so that every read of it is a plain slice.

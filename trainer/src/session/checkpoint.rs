@@ -10,10 +10,10 @@ use sha2::{Digest as _, Sha256};
 
 use super::{Record, Session};
 use crate::config::Config;
-use crate::evolve::{Action, Instruction, Population, Program, ProgramId, Team, TeamId};
+use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRule, Team, TeamId};
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const DIGEST_BYTES: usize = 32;
 
 /// Why a checkpoint could not be written or read.
@@ -56,6 +56,7 @@ struct StoredTeam {
     members: Vec<ProgramId>,
     memory: u32,
     stream_key: u32,
+    reset_rule: Option<ResetRule>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -69,6 +70,7 @@ struct Stored {
     next_program: u64,
     roots: Vec<TeamId>,
     memory: Option<Arc<[f32]>>,
+    medians: [Option<f64>; 2],
     records: Vec<(TeamId, Record)>,
     teams: Vec<StoredTeam>,
     programs: Vec<StoredProgram>,
@@ -103,6 +105,7 @@ pub struct Snapshot {
     population: Population,
     records: Vec<(TeamId, Record)>,
     memory: Option<Arc<[f32]>>,
+    medians: [Option<f64>; 2],
 }
 
 impl Snapshot {
@@ -119,6 +122,7 @@ impl Snapshot {
             population: session.population.clone(),
             records: records.map(|(id, r)| (*id, r.clone())).collect(),
             memory: session.memory.clone(),
+            medians: session.medians,
         }
     }
 
@@ -157,6 +161,7 @@ impl Snapshot {
                 members: team.members.clone(),
                 memory: blocks.number(&team.memory),
                 stream_key: team.stream_key,
+                reset_rule: team.reset_rule,
             })
             .collect();
         let programs = population
@@ -180,6 +185,7 @@ impl Snapshot {
             next_program: population.next_program,
             roots: population.roots,
             memory: self.memory,
+            medians: self.medians,
             records: self.records,
             teams,
             programs,
@@ -257,6 +263,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
             members: team.members,
             memory: block(team.memory)?,
             stream_key: team.stream_key,
+            reset_rule: team.reset_rule,
         };
         population.teams.insert(team.id, Arc::new(restored));
     }
@@ -271,6 +278,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
         seconds: stored.seconds,
         records,
         memory: stored.memory,
+        medians: stored.medians,
         ..session.map_err(|e| e.to_string())?
     })
 }

@@ -2,8 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use tpg_runtime::blob::ResetScope;
-use tpg_runtime::memory::{SLOT_THRESHOLDS, write_threshold};
+use tpg_runtime::memory::write_threshold;
 use tpg_runtime::tables::Section;
 
 use super::super::plan::Plan;
@@ -14,11 +13,13 @@ use super::sections;
 /// What writes shared memory and makes its streams.
 pub(super) fn write_memories(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt::Result {
     let teams = plan.remembering().next().is_some();
+    let distribution = plan.policy.header().write_distribution;
     if teams || plan.is_indexed() {
         out.push_str(include_str!("assets/random.c"));
     }
     if teams {
-        let thresholds: Vec<String> = SLOT_THRESHOLDS.iter().map(|t| format!("{t}u")).collect();
+        let thresholds = distribution.slot_thresholds().iter();
+        let thresholds: Vec<String> = thresholds.map(|t| format!("{t}u")).collect();
         let text = include_str!("assets/slots.c").replace("TPG_STREAM", &format!("{name}_stream"));
         out.push_str(&text.replace("TPG_SLOT_THRESHOLDS", &thresholds.join(", ")));
     }
@@ -55,7 +56,7 @@ pub(super) fn write_memories(out: &mut String, plan: &Plan<'_>, name: &str) -> f
         let thresholds = join(
             plan.cells
                 .iter()
-                .map(|c| format!("{}u", write_threshold(*c)))
+                .map(|c| format!("{}u", write_threshold(*c, distribution)))
                 .collect(),
         );
         let n = plan.cells.len();
@@ -82,8 +83,6 @@ pub(super) fn write_memories(out: &mut String, plan: &Plan<'_>, name: &str) -> f
 pub(super) fn write_resets(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt::Result {
     let upper = name.to_uppercase();
     let scope = plan.policy.header().reset_scope;
-    let carried = matches!(scope, ResetScope::Original | ResetScope::PerGeneration);
-    let episodes = matches!(scope, ResetScope::PerEpisode | ResetScope::EveryDecision);
     let programs = plan.stateful_programs();
     writeln!(
         out,
@@ -151,20 +150,20 @@ pub(super) fn write_resets(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         out,
         "void {name}_reset({name} *self, {name}_reset_kind what, uint64_t agent_seed)\n{{"
     )?;
-    let condition = if episodes {
-        "(void)what;".to_owned()
-    } else {
-        format!("if (what == {upper}_EPISODE) return;")
-    };
-    let memory = if carried {
-        ""
-    } else {
-        "    reset_memory(self);\n"
-    };
-    writeln!(
-        out,
-        "    {condition}\n{memory}    reset_registers(self, agent_seed);\n}}"
-    )
+    let (agent, episode) = (scope.at_agent(), scope.at_episode());
+    for (call, when) in [
+        ("reset_memory(self)", [agent.1, episode.1]),
+        ("reset_registers(self, agent_seed)", [agent.0, episode.0]),
+    ] {
+        let condition = match when {
+            [true, true] => String::new(),
+            [true, false] => format!("if (what == {upper}_AGENT) "),
+            [false, true] => format!("if (what == {upper}_EPISODE) "),
+            [false, false] => continue,
+        };
+        writeln!(out, "    {condition}{call};")?;
+    }
+    writeln!(out, "    (void)what;\n}}")
 }
 
 fn write_values(out: &mut String, place: &str, scalar: bool, values: &[f32]) -> fmt::Result {

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
-use tpg_runtime::blob::ResetScope;
 use tpg_runtime::tables::{Section, Team};
 
 use super::super::plan::Plan;
@@ -78,7 +77,7 @@ impl Indexed {
     fn write(&mut self, registers: [f32; 8]) {
         let write = self.stream.begin_write();
         for (cell, place) in CELLS.iter().zip(&mut self.cells) {
-            if let (true, Some(x)) = (write.reaches(*cell), registers.get(usize::from(*cell) % 8)) {
+            if let (true, Some(x)) = (write.reaches(*cell, WRITES), registers.get(usize::from(*cell) % 8)) {
                 *place = *x;
             }
         }
@@ -145,7 +144,10 @@ fn write_team_memory(out: &mut String, plan: &Plan<'_>, number: u16, team: &Team
             "\n    fn write_{letter}(&mut self, x: {reference}{}) {{",
             kind(section)
         )?;
-        writeln!(out, "        match draw_slot(&mut self.{letter}_stream) {{")?;
+        writeln!(
+            out,
+            "        match draw_slot(&mut self.{letter}_stream, WRITES) {{"
+        )?;
         for (_, slot, _) in slots.iter().filter(|(kind, ..)| *kind == section) {
             writeln!(out, "            {slot} => self.{letter}m{slot} = {value},")?;
         }
@@ -217,8 +219,6 @@ fn write_reset(
     teams: &[u16],
 ) -> fmt::Result {
     let scope = plan.policy.header().reset_scope;
-    let carried = matches!(scope, ResetScope::Original | ResetScope::PerGeneration);
-    let episodes = matches!(scope, ResetScope::PerEpisode | ResetScope::EveryDecision);
     writeln!(
         out,
         "\n    /// Begins an agent's evaluation or one of its episodes; the reset scope is {}.",
@@ -232,31 +232,36 @@ fn write_reset(
         out,
         "    pub fn reset(&mut self, what: Reset, agent_seed: u64) {{"
     )?;
-    if !episodes {
-        writeln!(
-            out,
-            "        if what == Reset::Episode {{\n            return;\n        }}"
-        )?;
-    }
+    let (mut registers, mut memory) = (Vec::new(), Vec::new());
     for program in programs {
-        writeln!(
-            out,
-            "        self.program_{program} = Registers{program}::INITIAL;"
-        )?;
+        registers.push(format!(
+            "self.program_{program} = Registers{program}::INITIAL;"
+        ));
     }
     for team in teams {
-        if !carried {
-            writeln!(out, "        self.team_{team}.restore();")?;
-        }
-        writeln!(out, "        self.team_{team}.seed(agent_seed);")?;
+        memory.push(format!("self.team_{team}.restore();"));
+        registers.push(format!("self.team_{team}.seed(agent_seed);"));
     }
     if plan.is_indexed() {
-        if !carried {
-            writeln!(out, "        self.indexed.cells = CELL_VALUES;")?;
-        }
+        memory.push("self.indexed.cells = CELL_VALUES;".to_owned());
+        registers.push("self.indexed.stream = IndexedStream::new(agent_seed);".to_owned());
+    }
+    let (agent, episode) = (scope.at_agent(), scope.at_episode());
+    for (lines, when) in [
+        (memory, [agent.1, episode.1]),
+        (registers, [agent.0, episode.0]),
+    ] {
+        let condition = match when {
+            _ if lines.is_empty() => continue,
+            [true, true] => "",
+            [true, false] => "if what == Reset::Agent ",
+            [false, true] => "if what == Reset::Episode ",
+            [false, false] => continue,
+        };
+        let lines = lines.join("\n            ");
         writeln!(
             out,
-            "        self.indexed.stream = IndexedStream::new(agent_seed);"
+            "        {condition}{{\n            {lines}\n        }}"
         )?;
     }
     writeln!(out, "    }}")
