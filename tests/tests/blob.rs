@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use tpg_runtime::blob::{
-    ActionKind, DecodeError, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+    ActionKind, DecodeError, InitialValues, MemoryModel, RegisterMode, ResetScope,
+    WriteDistribution,
 };
 use tpg_runtime::isa::{FINGERPRINT, Group, Op};
 use tpg_runtime::{Blob, Header, Policy, Reset, VerifyError};
