@@ -3,6 +3,7 @@
 //! Every offset was checked by [`crate::verify`]; accesses go through `get`, so that even a policy
 //! built by a faulty verifier could only compute a wrong number.
 
+mod elementwise;
 mod rows;
 mod scalars;
 mod shared;

@@ -22,6 +22,7 @@ const fn finalise(mut z: u64) -> u64 {
 /// assert_ne!(mix64(&[1, 2]), mix64(&[2, 1]));
 /// ```
 #[must_use]
+#[cfg_attr(feature = "small-code", inline(never))]
 pub const fn mix64(words: &[u64]) -> u64 {
     let (mut h, mut rest) = (0u64, words);
     while let [x, tail @ ..] = rest {

@@ -177,7 +177,8 @@ impl Team {
     }
 
     /// First state word of a slot, if the slot is kept.
-    #[inline]
+    #[cfg_attr(feature = "small-code", inline(never))]
+    #[cfg_attr(not(feature = "small-code"), inline)]
     #[must_use]
     pub fn slot_start(&self, section: Section, slot: usize, width: usize) -> Option<usize> {
         let kept = self.kept(section);

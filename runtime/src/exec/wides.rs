@@ -12,10 +12,10 @@
     )
 )]
 
-use super::rows::{
-    each_row, elements, map_matrix, map_vector, matrix, put_matrix, put_row, vector, zip_matrix,
-    zip_vector,
+use super::elementwise::{
+    map_matrix, map_vector, scale_matrix, scale_vector, zip_matrix, zip_vector,
 };
+use super::rows::{matrix, put_matrix, put_row, reduce, vector};
 use super::scalars::{load, store};
 use super::shared::{read, read_whole, reload, write, write_indexed};
 use super::{Code, Shared};
@@ -62,10 +62,7 @@ pub fn wides<'c, const W: usize, O: Observer>(
             #[cfg(feature = "vector")]
             Op::VHeaviside => map_vector::<W>(words, [d, a], math::heaviside),
             #[cfg(feature = "vector")]
-            Op::VScale => {
-                let s = load(words, i.a);
-                map_vector::<W>(words, [d, b], |x| math::mul(s, x));
-            }
+            Op::VScale => scale_vector::<W>(words, [i.d, i.a, i.b]),
             #[cfg(feature = "vector")]
             Op::VBroadcast => put_row(words, d, &[load(words, i.a); W]),
             #[cfg(feature = "vector")]
@@ -75,11 +72,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 math::dot(vector::<W>(words, a), vector::<W>(words, b)),
             ),
             #[cfg(feature = "vector")]
-            Op::VNorm => store(words, i.d, math::norm(vector::<W>(words, a))),
+            Op::VNorm => reduce(words, [d, a], [1, W], math::norm),
             #[cfg(feature = "vector")]
-            Op::VMean => store(words, i.d, math::mean(vector::<W>(words, a))),
+            Op::VMean => reduce(words, [d, a], [1, W], math::mean),
             #[cfg(feature = "vector")]
-            Op::VStd => store(words, i.d, math::std(vector::<W>(words, a))),
+            Op::VStd => reduce(words, [d, a], [1, W], math::std),
             #[cfg(feature = "matrix")]
             Op::MatVec => {
                 let x = vector(words, b);
@@ -88,11 +85,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 }
             }
             #[cfg(feature = "matrix")]
-            Op::RowNorm => put_row(words, d, &each_row::<W>(words, a, math::norm)),
+            Op::RowNorm => reduce(words, [d, a], [W, W], math::norm),
             #[cfg(feature = "matrix")]
-            Op::RowMean => put_row(words, d, &each_row::<W>(words, a, math::mean)),
+            Op::RowMean => reduce(words, [d, a], [W, W], math::mean),
             #[cfg(feature = "matrix")]
-            Op::RowStd => put_row(words, d, &each_row::<W>(words, a, math::std)),
+            Op::RowStd => reduce(words, [d, a], [W, W], math::std),
             #[cfg(feature = "matrix")]
             Op::ColumnNorm => {
                 if let Some(value) = matrix::<W>(words, a).map(math::column_norm) {
@@ -124,10 +121,7 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 }
             }
             #[cfg(feature = "matrix")]
-            Op::MScale => {
-                let s = load(words, i.a);
-                map_matrix::<W>(words, [d, b], |x| math::mul(s, x));
-            }
+            Op::MScale => scale_matrix::<W>(words, [i.d, i.a, i.b]),
             #[cfg(feature = "matrix")]
             Op::Outer => {
                 let (x, y) = (*vector::<W>(words, a), *vector::<W>(words, b));
@@ -154,11 +148,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 }
             }
             #[cfg(feature = "matrix")]
-            Op::MNorm => store(words, i.d, math::norm(elements::<W>(words, a))),
+            Op::MNorm => reduce(words, [d, a], [1, W * W], math::norm),
             #[cfg(feature = "matrix")]
-            Op::MMean => store(words, i.d, math::mean(elements::<W>(words, a))),
+            Op::MMean => reduce(words, [d, a], [1, W * W], math::mean),
             #[cfg(feature = "matrix")]
-            Op::MStd => store(words, i.d, math::std(elements::<W>(words, a))),
+            Op::MStd => reduce(words, [d, a], [1, W * W], math::std),
             #[cfg(feature = "constants")]
             Op::ReloadS => reload(policy, words, program, i.d, 1),
             #[cfg(feature = "constants")]
