@@ -33,23 +33,3 @@ pub(super) fn put_matrix<const W: usize>(words: &mut [f32], at: usize, value: &[
         *place = *value;
     }
 }
-
-/// One result in `d` and the words behind it for each of the rows at `a`.
-#[cfg_attr(feature = "small-code", inline(never))]
-#[cfg_attr(not(feature = "small-code"), inline(always))]
-pub(super) fn reduce(
-    words: &mut [f32],
-    [d, a]: [usize; 2],
-    [rows, columns]: [usize; 2],
-    f: fn(&[f32]) -> f32,
-) {
-    for r in 0..rows {
-        let row = words
-            .get(a + r * columns..)
-            .and_then(|rest| rest.get(..columns));
-        let value = f(row.unwrap_or_default());
-        if let Some(place) = words.get_mut(d + r) {
-            *place = value;
-        }
-    }
-}

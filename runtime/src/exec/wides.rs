@@ -13,9 +13,10 @@
 )]
 
 use super::elementwise::{
-    map_matrix, map_vector, scale_matrix, scale_vector, zip_matrix, zip_vector,
+    map_matrix, map_vector, reduce_matrix, reduce_rows, reduce_vector, scale_matrix, scale_vector,
+    zip_matrix, zip_vector,
 };
-use super::rows::{matrix, put_matrix, put_row, reduce, vector};
+use super::rows::{matrix, put_matrix, put_row, vector};
 use super::scalars::{load, store};
 use super::shared::{read, read_whole, reload, write, write_indexed};
 use super::{Code, Shared};
@@ -72,11 +73,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 math::dot(vector::<W>(words, a), vector::<W>(words, b)),
             ),
             #[cfg(feature = "vector")]
-            Op::VNorm => reduce(words, [d, a], [1, W], math::norm),
+            Op::VNorm => reduce_vector::<W>(words, [d, a], math::norm),
             #[cfg(feature = "vector")]
-            Op::VMean => reduce(words, [d, a], [1, W], math::mean),
+            Op::VMean => reduce_vector::<W>(words, [d, a], math::mean),
             #[cfg(feature = "vector")]
-            Op::VStd => reduce(words, [d, a], [1, W], math::std),
+            Op::VStd => reduce_vector::<W>(words, [d, a], math::std),
             #[cfg(feature = "matrix")]
             Op::MatVec => {
                 let x = vector(words, b);
@@ -85,11 +86,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 }
             }
             #[cfg(feature = "matrix")]
-            Op::RowNorm => reduce(words, [d, a], [W, W], math::norm),
+            Op::RowNorm => reduce_rows::<W>(words, [d, a], math::norm),
             #[cfg(feature = "matrix")]
-            Op::RowMean => reduce(words, [d, a], [W, W], math::mean),
+            Op::RowMean => reduce_rows::<W>(words, [d, a], math::mean),
             #[cfg(feature = "matrix")]
-            Op::RowStd => reduce(words, [d, a], [W, W], math::std),
+            Op::RowStd => reduce_rows::<W>(words, [d, a], math::std),
             #[cfg(feature = "matrix")]
             Op::ColumnNorm => {
                 if let Some(value) = matrix::<W>(words, a).map(math::column_norm) {
@@ -148,11 +149,11 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 }
             }
             #[cfg(feature = "matrix")]
-            Op::MNorm => reduce(words, [d, a], [1, W * W], math::norm),
+            Op::MNorm => reduce_matrix::<W>(words, [d, a], math::norm),
             #[cfg(feature = "matrix")]
-            Op::MMean => reduce(words, [d, a], [1, W * W], math::mean),
+            Op::MMean => reduce_matrix::<W>(words, [d, a], math::mean),
             #[cfg(feature = "matrix")]
-            Op::MStd => reduce(words, [d, a], [1, W * W], math::std),
+            Op::MStd => reduce_matrix::<W>(words, [d, a], math::std),
             #[cfg(feature = "constants")]
             Op::ReloadS => reload(policy, words, program, i.d, 1),
             #[cfg(feature = "constants")]
