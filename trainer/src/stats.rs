@@ -1,5 +1,9 @@
 //! Small statistics over samples.
 
+mod comparison;
+
+pub use comparison::{MannWhitney, holm, mann_whitney, smallest_p};
+
 use crate::task::Rng;
 
 /// Arithmetic mean, summed in order; NaN of nothing.
@@ -17,6 +21,22 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
     let m = mean(samples);
     let squares: f64 = samples.iter().map(|x| (x - m) * (x - m)).sum();
     (squares / (samples.len() - 1) as f64).sqrt()
+}
+
+/// Median, the mean of the two in the middle of an even number; NaN of nothing.
+#[must_use]
+pub fn median(samples: &[f64]) -> f64 {
+    if samples.is_empty() {
+        return f64::NAN;
+    }
+    let mut sorted = samples.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    if sorted.len() % 2 == 1 {
+        sorted[middle]
+    } else {
+        f64::midpoint(sorted[middle - 1], sorted[middle])
+    }
 }
 
 /// Resamples of a bootstrap: the ends of its interval then vary by less than a hundredth of its width.
