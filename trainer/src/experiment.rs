@@ -1,0 +1,3 @@
+//! Experiments: the same comparison of variants over tasks and seeds, run and written down so that it can be repeated.
+
+pub mod row;
