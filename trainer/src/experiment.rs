@@ -1,3 +1,4 @@
 //! Experiments: the same comparison of variants over tasks and seeds, run and written down so that it can be repeated.
 
+pub mod file;
 pub mod row;
