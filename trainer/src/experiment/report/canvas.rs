@@ -16,7 +16,10 @@ fn load_font() {
     static LOADED: Once = Once::new();
     LOADED.call_once(|| {
         let loaded = register_font(FONT, FontStyle::Normal, dejavu::sans::regular());
-        assert!(loaded.is_ok(), "the font that is a part of this program is one");
+        assert!(
+            loaded.is_ok(),
+            "the font that is a part of this program is one"
+        );
     });
 }
 

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 /// The family that canvases give a font to.
@@ -70,6 +71,8 @@ pub(super) struct Panel {
 pub(super) enum Ticks {
     /// Round numbers.
     Numbers,
+    /// Round numbers, without fractions.
+    Whole,
     /// Every whole number, modulo this.
     Modulo(usize),
 }
@@ -87,7 +90,10 @@ impl Figure {
     /// Width and height in pixels.
     pub(super) fn size(&self) -> (u32, u32) {
         let legend = LEGEND_HEIGHT * self.legend_rows().len() as u32 + 6;
-        (WIDTH, TITLE_HEIGHT + ROW_HEIGHT * self.rows.len() as u32 + legend)
+        (
+            WIDTH,
+            TITLE_HEIGHT + ROW_HEIGHT * self.rows.len() as u32 + legend,
+        )
     }
 
     /// Draws the figure, all lengths times `scale`.
@@ -163,14 +169,16 @@ impl Panel {
             .build_cartesian_2d(self.x.clone(), self.y_range())?;
         let x_tick = |x: &f64| match self.x_ticks {
             Ticks::Numbers => tick(*x),
+            Ticks::Whole if (x - x.round()).abs() > 1e-6 => String::new(),
+            Ticks::Whole => tick(x.round()),
             Ticks::Modulo(n) => (x.round() as usize % n).to_string(),
         };
         let x_ticks = match self.x_ticks {
-            Ticks::Numbers => 5,
+            Ticks::Numbers | Ticks::Whole => 5,
             Ticks::Modulo(_) => 30,
         };
         let small = match self.x_ticks {
-            Ticks::Numbers => TEXT - 2,
+            Ticks::Numbers | Ticks::Whole => TEXT - 2,
             Ticks::Modulo(_) => TEXT - 5,
         };
         chart
@@ -212,7 +220,12 @@ impl Panel {
             let line = points.iter().map(|[x, _, middle, _]| (*x, *middle));
             let style = look.color().stroke_width(2 * scale);
             if look.dashed() {
-                chart.draw_series(DashedLineSeries::new(line, px(6) as i32, px(4) as i32, style))?;
+                chart.draw_series(DashedLineSeries::new(
+                    line,
+                    px(6) as i32,
+                    px(4) as i32,
+                    style,
+                ))?;
             } else {
                 chart.draw_series(LineSeries::new(line, style))?;
             }
