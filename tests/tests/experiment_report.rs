@@ -5,6 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use tempfile::TempDir;
+use tpg_trainer::experiment::file::Experiment;
+use tpg_trainer::experiment::folder::{Folder, Manifest};
 use tpg_trainer::experiment::report::{self, ReportError};
 use tpg_trainer::experiment::row::{
     Access, AccessKind, CellFiles, CurvePoint, MemorySection, Row, write_accesses, write_curve,
@@ -68,6 +70,17 @@ fn row(task: &str, variant: &str, repeat: u32, mean: f64) -> Row {
 /// Writes a run with a curve that ends at `mean` and, for shared memory, some accesses.
 fn finish(folder: &Path, row: &Row) {
     let files = CellFiles::new(folder, &row.cell());
+    let manifest = Manifest::read(folder).expect("an experiment");
+    let hash = manifest
+        .configurations
+        .get(&format!("{}-{}", row.task, row.variant));
+    let made_here = Row {
+        config: hash.unwrap_or(&row.config).clone(),
+        fingerprint: manifest.made_with.fingerprint,
+        tpg: manifest.made_with.tpg,
+        ..row.clone()
+    };
+    let row = &made_here;
     let curve: Vec<CurvePoint> = (1..=row.generations)
         .map(|generation| {
             let part = generation as f64 / row.generations as f64;
@@ -111,10 +124,9 @@ fn finish(folder: &Path, row: &Row) {
 
 fn folder(experiment: &str) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for name in ["rows", "curves", "accesses"] {
-        fs::create_dir(folder.path().join(name)).expect("created");
-    }
-    fs::write(folder.path().join("experiment.toml"), experiment).expect("written");
+    let experiment = Experiment::parse(experiment).expect("valid");
+    let cells = experiment.cells().expect("valid");
+    Folder::open(folder.path(), &Manifest::new(&experiment, &cells)).expect("made");
     folder
 }
 
@@ -335,7 +347,7 @@ fn a_part_of_the_runs_makes_a_report_that_says_so() {
 fn what_cannot_be_reported_is_refused_with_the_reason() {
     let message = |folder: &Path| -> String {
         let error: ReportError = report::write(folder).expect_err("no report");
-        format!("{:#}", anyhow_chain(&error))
+        with_causes(&error)
     };
     let empty = tempfile::tempdir().expect("a folder");
     assert!(message(empty.path()).contains("no experiment's folder"));
@@ -372,7 +384,7 @@ fn what_cannot_be_reported_is_refused_with_the_reason() {
 }
 
 /// An error with its causes, as the command prints it.
-fn anyhow_chain(error: &dyn std::error::Error) -> String {
+fn with_causes(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {

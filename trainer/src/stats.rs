@@ -23,19 +23,20 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
     (squares / (samples.len() - 1) as f64).sqrt()
 }
 
-/// Median, the mean of the two in the middle of an even number; NaN of nothing.
+/// Median: the mean of the middle two of an even number; NaN of nothing.
 #[must_use]
 pub fn median(samples: &[f64]) -> f64 {
-    if samples.is_empty() {
-        return f64::NAN;
-    }
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
-    if sorted.len() % 2 == 1 {
-        sorted[middle]
-    } else {
-        f64::midpoint(sorted[middle - 1], sorted[middle])
+    match (
+        sorted.len() % 2,
+        sorted.get(middle.wrapping_sub(1)),
+        sorted.get(middle),
+    ) {
+        (0, Some(low), Some(high)) => f64::midpoint(*low, *high),
+        (_, _, Some(middle)) => *middle,
+        _ => f64::NAN,
     }
 }
 
@@ -72,6 +73,10 @@ mod tests {
         assert!((mean(&samples) - 5.0).abs() < 1e-12);
         assert!((standard_deviation(&samples) - (32.0f64 / 7.0).sqrt()).abs() < 1e-12);
         assert!(standard_deviation(&[1.0]).abs() < 1e-12);
+        assert!((median(&samples) - 4.5).abs() < 1e-12);
+        assert!((median(&[3.0, 1.0, 2.0]) - 2.0).abs() < 1e-12);
+        assert!((median(&[3.0]) - 3.0).abs() < 1e-12);
+        assert!(median(&[]).is_nan());
     }
 
     /// For a large normal sample the interval is the mean ± 1.96 standard errors.

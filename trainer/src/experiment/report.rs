@@ -56,23 +56,20 @@ pub enum ReportError {
         /// The row.
         path: PathBuf,
     },
-    /// Runs that are no repeats of each other.
+    /// A row of another configuration or version.
     #[error(
-        "{first} and {second} in {folder} are no repeats of each other: {column} is {:?} and {:?}; \
-         remove the rows of one of them and start `tpg experiment run` again",
-        values[0], values[1]
+        "{path} is of another experiment or version: {column} is {value}, of this experiment {expected}; \
+         delete it, and `tpg experiment run` makes it anew"
     )]
-    Unlike {
-        /// The experiment's folder.
-        folder: PathBuf,
-        /// A run.
-        first: String,
-        /// Another run of the same variant on the same task.
-        second: String,
-        /// The column in which they differ.
+    Differs {
+        /// The row.
+        path: PathBuf,
+        /// The column that differs.
         column: &'static str,
-        /// Its values.
-        values: [String; 2],
+        /// What the row holds.
+        value: String,
+        /// What `experiment.toml` says.
+        expected: String,
     },
     /// A file of the report cannot be written.
     #[error("cannot write the report")]

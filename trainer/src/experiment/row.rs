@@ -52,7 +52,8 @@ pub struct Row {
     pub champion_programs: u16,
     /// Effective instructions of those programs.
     pub champion_instructions: u32,
-    /// Instructions executed per decision in the test episodes, ineffective ones included.
+    /// Instructions executed per decision in the test episodes, ineffective ones included; NaN where the champion as
+    /// evolved is too large to be run.
     pub instructions_mean: f64,
     /// Number of test episodes.
     pub test_episodes: u32,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::ReportError;
 use crate::experiment::file::Experiment;
+use crate::experiment::folder::{FORMAT, Manifest};
 use crate::experiment::row::{
     Access, AccessKind, CellFiles, CurvePoint, Row, cell_name, read_row, read_table,
 };
@@ -56,9 +57,10 @@ impl Group {
         })
     }
 
-    /// Mean of one column.
+    /// Mean of one column over the runs that have it.
     pub(super) fn mean(&self, column: impl Fn(&Row) -> f64) -> f64 {
-        let values: Vec<f64> = self.runs.iter().map(|run| column(&run.row)).collect();
+        let values = self.runs.iter().map(|run| column(&run.row));
+        let values: Vec<f64> = values.filter(|value| !value.is_nan()).collect();
         stats::mean(&values)
     }
 }
@@ -86,7 +88,8 @@ impl Results {
 
 /// Reads all finished runs of an experiment's folder.
 pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
-    let experiment = read_experiment(folder)?;
+    let manifest = read_manifest(folder)?;
+    let experiment = &manifest.experiment;
     let mut groups = Vec::new();
     let mut missing = Vec::new();
     let mut known = Vec::new();
@@ -97,12 +100,13 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
                 let cell = cell_name(task, variant, repeat);
                 let files = CellFiles::new(folder, &cell);
                 if files.row.exists() {
-                    runs.push(read_run(&files)?);
+                    runs.push(read_run(&files, &manifest)?);
                 } else {
                     missing.push(cell.clone());
                 }
                 known.push(cell);
             }
+            whole_accesses(folder, &runs)?;
             groups.push(Group {
                 task: task.clone(),
                 variant: variant.clone(),
@@ -113,7 +117,7 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
     }
     refuse_strangers(folder, &known)?;
     let results = Results {
-        experiment,
+        experiment: manifest.experiment,
         groups,
         missing,
     };
@@ -122,13 +126,13 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
             folder: folder.to_owned(),
         });
     }
-    same_programs(folder, &results)?;
     Ok(results)
 }
 
-fn read_run(files: &CellFiles) -> Result<Run, ReportError> {
+fn read_run(files: &CellFiles, manifest: &Manifest) -> Result<Run, ReportError> {
     let damaged = |source| ReportError::Damaged { source };
     let row = read_row(&files.row).map_err(damaged)?;
+    check_origin(files, manifest, &row)?;
     let curve: Vec<CurvePoint> = read_table(&files.curve).map_err(damaged)?;
     let accesses = if files.accesses.exists() {
         Some(read_table(&files.accesses).map_err(damaged)?)
@@ -140,6 +144,18 @@ fn read_run(files: &CellFiles) -> Result<Run, ReportError> {
         curve,
         accesses,
     })
+}
+
+/// Either every run of a variant has accesses or none, since either the variant has memory or not.
+fn whole_accesses(folder: &Path, runs: &[Run]) -> Result<(), ReportError> {
+    let Some(without) = runs.iter().find(|run| run.accesses.is_none()) else {
+        return Ok(());
+    };
+    if runs.iter().any(|run| run.accesses.is_some()) {
+        let files = CellFiles::new(folder, &without.row.cell());
+        read_table::<Access>(&files.accesses).map_err(|source| ReportError::Damaged { source })?;
+    }
+    Ok(())
 }
 
 /// A row that the experiment does not ask for is a mistake that silence would hide.
@@ -163,28 +179,40 @@ fn refuse_strangers(folder: &Path, known: &[String]) -> Result<(), ReportError> 
     }
 }
 
-/// Runs of one variant on one task are repeats only under one configuration and one instruction set.
-fn same_programs(folder: &Path, results: &Results) -> Result<(), ReportError> {
-    for group in &results.groups {
-        let Some((first, rest)) = group.runs.split_first() else {
-            continue;
-        };
-        for run in rest {
-            for (column, a, b) in [
-                ("config", &first.row.config, &run.row.config),
-                ("fingerprint", &first.row.fingerprint, &run.row.fingerprint),
-                ("budget", &first.row.budget, &run.row.budget),
-            ] {
-                if a != b {
-                    return Err(ReportError::Unlike {
-                        folder: folder.to_owned(),
-                        first: first.row.cell(),
-                        second: run.row.cell(),
-                        column,
-                        values: [a.clone(), b.clone()],
-                    });
-                }
-            }
+/// A row of another configuration or version is no run of this experiment.
+fn check_origin(files: &CellFiles, manifest: &Manifest, row: &Row) -> Result<(), ReportError> {
+    let experiment = &manifest.experiment;
+    let preset = format!("{}-{}", row.task, row.variant);
+    let config = manifest.configurations.get(&preset);
+    let budget = experiment.budgets.get(&row.task);
+    let seed = experiment.seed + u64::from(row.repeat) - 1;
+    for (column, value, expected) in [
+        ("config", &row.config, config.cloned().unwrap_or_default()),
+        (
+            "fingerprint",
+            &row.fingerprint,
+            manifest.made_with.fingerprint.clone(),
+        ),
+        ("tpg", &row.tpg, manifest.made_with.tpg.clone()),
+        (
+            "budget",
+            &row.budget,
+            budget.unwrap_or(&experiment.budget).to_string(),
+        ),
+        ("seed", &row.seed.to_string(), seed.to_string()),
+        (
+            "test_episodes",
+            &row.test_episodes.to_string(),
+            experiment.test_episodes.to_string(),
+        ),
+    ] {
+        if *value != expected {
+            return Err(ReportError::Differs {
+                path: files.row.clone(),
+                column,
+                value: value.clone(),
+                expected,
+            });
         }
     }
     Ok(())
@@ -195,14 +223,18 @@ pub(super) fn of_kind(accesses: &[Access], kind: AccessKind) -> impl Iterator<It
     accesses.iter().filter(move |access| access.access == kind)
 }
 
-/// The experiment that the folder was made for.
-fn read_experiment(folder: &Path) -> Result<Experiment, ReportError> {
+/// What the folder was made for, and with.
+fn read_manifest(folder: &Path) -> Result<Manifest, ReportError> {
     let none = |why: String| ReportError::NoExperiment {
         folder: folder.to_owned(),
         why,
     };
-    let path = folder.join("experiment.toml");
-    let text =
-        fs::read_to_string(&path).map_err(|e| none(format!("cannot read experiment.toml: {e}")))?;
-    Experiment::parse(&text).map_err(|e| none(format!("{:#}", anyhow::Error::new(e))))
+    let manifest = Manifest::read(folder).map_err(|e| none(e.to_string()))?;
+    let format = manifest.made_with.format;
+    if format != FORMAT {
+        return Err(none(format!(
+            "its form is {format}, this program reads {FORMAT}"
+        )));
+    }
+    Ok(manifest)
 }

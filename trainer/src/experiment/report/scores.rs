@@ -3,6 +3,7 @@
 use super::load::{Group, Results};
 use super::table::{Column, Field, Table, number};
 use super::thesis;
+use crate::experiment::row::Row;
 use crate::stats::{bootstrap_mean_95, mean, median};
 
 /// Scores of every variant of every task, the mean over fresh episodes first.
@@ -55,7 +56,16 @@ pub(super) fn scores(results: &Results, there: &str) -> Table {
                 .to_owned(),
         );
     }
-    let unstable: u64 = all_runs(results, |row| u64::from(row.unstable));
+    let runs = || results.groups.iter().flat_map(|group| &group.runs);
+    let uncounted = runs()
+        .filter(|run| run.row.instructions_mean.is_nan())
+        .count();
+    if uncounted > 0 {
+        notes.push(format!(
+            "The champions of {uncounted} runs are too large to be run as evolved: their instructions are not counted."
+        ));
+    }
+    let unstable: u64 = runs().map(|run| u64::from(run.row.unstable)).sum();
     if unstable > 0 {
         notes.push(format!("An unstable simulation ended {unstable} of the test episodes; their returns up to there count."));
     }
@@ -66,11 +76,6 @@ pub(super) fn scores(results: &Results, there: &str) -> Table {
         rows,
         notes,
     }
-}
-
-fn all_runs(results: &Results, column: impl Fn(&crate::experiment::row::Row) -> u64) -> u64 {
-    let runs = results.groups.iter().flat_map(|group| &group.runs);
-    runs.map(|run| column(&run.row)).sum()
 }
 
 fn score_row(group: &Group) -> Vec<Field> {
@@ -129,7 +134,7 @@ pub(super) fn throughput(results: &Results, there: &str) -> Table {
         Column::new("cpu_hours", "core hours"),
     ];
     let rows = results.groups.iter().map(|group| {
-        let total = |column: fn(&crate::experiment::row::Row) -> f64| -> f64 {
+        let total = |column: fn(&Row) -> f64| -> f64 {
             group.runs.iter().map(|run| column(&run.row)).sum()
         };
         let generations = total(|row| row.generations as f64);
