@@ -373,14 +373,21 @@ fn what_cannot_be_reported_is_refused_with_the_reason() {
     assert!(message(strange.path()).contains("hopper.sl-b23.1.csv is no run of this experiment"));
 
     let unlike = chapter_3();
-    let mut other = row("hopper", "sr-b23", 3, 1.0);
-    other.config = "fedcba9876543210".into();
+    let other = Row {
+        budget: "generations:31".into(),
+        ..row("hopper", "sr-b23", 3, 1.0)
+    };
     finish(unlike.path(), &other);
     let why = message(unlike.path());
     assert!(
-        why.contains("hopper.sr-b23.3") && why.contains("config"),
+        why.contains("hopper.sr-b23.3") && why.contains("budget is generations:31"),
         "{why}"
     );
+
+    let forgetful = chapter_3();
+    let file = forgetful.path().join("accesses/hopper.sr-sm-b23.4.csv");
+    fs::remove_file(file).expect("there");
+    assert!(message(forgetful.path()).contains("accesses/hopper.sr-sm-b23.4.csv"));
 }
 
 /// An error with its causes, as the command prints it.

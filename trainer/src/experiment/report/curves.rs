@@ -118,15 +118,16 @@ fn legend(results: &Results) -> Vec<(String, Look)> {
 
 fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, band: Band) -> Panel {
     let groups: Vec<&Group> = results.of_task(task).collect();
-    let common = common_range(&groups, progress);
+    let end = common_end(&groups, progress);
     let (unit, x_label) = match progress {
         Progress::Generations => (1.0, "generation"),
-        Progress::Time if common.end >= 3600.0 => (3600.0, "hours of training"),
-        Progress::Time => (60.0, "minutes of training"),
+        Progress::Time if end >= 3600.0 => (3600.0, "hours of training"),
+        Progress::Time if end >= 60.0 => (60.0, "minutes of training"),
+        Progress::Time => (1.0, "seconds of training"),
     };
-    let xs = grid(&common, progress);
     let marks = groups.iter().map(|group| {
-        let points = xs.iter().filter_map(|&x| {
+        let xs = grid(&(start(&group.runs, progress)..end), progress);
+        let points = xs.into_iter().filter_map(|x| {
             let values: Vec<f64> = group
                 .runs
                 .iter()
@@ -139,8 +140,9 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
         Mark::Line(Look::new(group.series), points.collect())
     });
     let marks = marks.collect();
-    let from = common.start / unit;
-    let to = common.end / unit;
+    let starts = groups.iter().map(|group| start(&group.runs, progress));
+    let from = starts.fold(f64::INFINITY, f64::min) / unit;
+    let to = end / unit;
     let runs = groups.iter().map(|group| group.runs.len());
     let runs = match (runs.clone().min(), runs.max()) {
         (Some(least), Some(most)) if least != most => format!("{least}–{most} runs"),
@@ -151,33 +153,42 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
         title: format!("{task} ({runs})"),
         x_label: x_label.to_owned(),
         y_label: measure.label().to_owned(),
-        // One point alone still needs an axis.
-        x: from..if to > from { to } else { from + 1.0 },
+        x: axis(from, to),
         x_ticks: Ticks::Numbers,
         marks,
     }
 }
 
-/// What all runs of a task have passed, as the thesis cuts its curves.
-fn common_range(groups: &[&Group], progress: Progress) -> Range<f64> {
-    let runs = || groups.iter().flat_map(|group| &group.runs);
-    let first = runs().filter_map(|run| run.curve.first());
-    let last = runs().filter_map(|run| run.curve.last());
-    let start = first
-        .map(|point| progress.of(point))
-        .fold(f64::NEG_INFINITY, f64::max);
-    let end = last
-        .map(|point| progress.of(point))
-        .fold(f64::INFINITY, f64::min);
-    if start.is_finite() && end >= start {
-        start..end
-    } else {
-        0.0..0.0
+/// The ends of an axis; one point alone, or none, still needs one.
+fn axis(from: f64, to: f64) -> Range<f64> {
+    match (from.is_finite(), from < to && to.is_finite()) {
+        (true, true) => from..to,
+        (true, false) => from..from + 1.0,
+        (false, _) => 0.0..1.0,
     }
+}
+
+/// Where the last run to begin has its first point.
+fn start(runs: &[Run], progress: Progress) -> f64 {
+    let firsts = runs.iter().filter_map(|run| run.curve.first());
+    let starts = firsts.map(|point| progress.of(point));
+    starts.fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Where the first run of any variant ends: the thesis cuts its curves there.
+fn common_end(groups: &[&Group], progress: Progress) -> f64 {
+    let runs = groups.iter().flat_map(|group| &group.runs);
+    let lasts = runs.filter_map(|run| run.curve.last());
+    let ends = lasts.map(|point| progress.of(point));
+    ends.fold(f64::INFINITY, f64::min)
 }
 
 /// Where lines have points.
 fn grid(range: &Range<f64>, progress: Progress) -> Vec<f64> {
+    let whole = range.start.is_finite() && range.end.is_finite() && range.start <= range.end;
+    if !whole {
+        return Vec::new();
+    }
     let steps = (POINTS - 1) as f64;
     let length = range.end - range.start;
     let mut xs: Vec<f64> = match progress {

@@ -52,7 +52,7 @@ pub(super) fn scores(results: &Results, there: &str) -> Table {
     if thesis {
         notes.push(
             "Thesis: T Tab 3.3, the best training fitness of 10 runs under blackouts, beside `best in training` and nothing else. \
-             Which share of observations it hides its own sections tell differently (T §3.5.4, §3.7)."
+             Which share of observations it hides its own sections tell differently (T §3.5.4)."
                 .to_owned(),
         );
     }
