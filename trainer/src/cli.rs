@@ -1,12 +1,13 @@
 //! The verbs of `tpg`, one file each, and what they share.
 
 mod eval;
+mod experiment;
 mod export;
 mod external;
 mod failure;
 mod footprint;
-
 mod inspect;
+mod interrupt;
 mod presets;
 mod progress;
 mod replay;
@@ -51,6 +52,8 @@ enum Verb {
     Export(export::Args),
     /// Build firmware for a policy, run it on an emulated board and say what it takes.
     Footprint(footprint::Args),
+    /// Compare variants over tasks and seeds, as an experiment's file describes.
+    Experiment(experiment::Args),
     /// Decide again what a trace recorded and name the first decision that differs.
     Replay(replay::Args),
     /// List the presets that `tpg train` knows.
@@ -68,6 +71,7 @@ pub fn main() -> ExitCode {
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Export(args) => export::run(&args),
         Verb::Footprint(args) => footprint::run(&args),
+        Verb::Experiment(args) => experiment::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
     };

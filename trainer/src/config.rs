@@ -6,6 +6,7 @@ mod preset;
 mod schema;
 
 pub use blueprint::Blueprint;
+pub(crate) use layers::nearest;
 pub use layers::{ConfigError, resolve};
 pub use preset::{Preset, presets};
 pub use schema::{Config, EvaluationConfig, PolicyConfig};

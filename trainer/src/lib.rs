@@ -4,6 +4,7 @@ pub mod config;
 pub mod disassemble;
 pub mod eval;
 pub mod evolve;
+pub mod experiment;
 pub mod export;
 pub mod footprint;
 pub mod lower;

@@ -1,5 +1,9 @@
 //! Small statistics over samples.
 
+mod comparison;
+
+pub use comparison::{MannWhitney, holm, mann_whitney, smallest_p};
+
 use crate::task::Rng;
 
 /// Arithmetic mean, summed in order; NaN of nothing.
@@ -19,15 +23,20 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
     (squares / (samples.len() - 1) as f64).sqrt()
 }
 
-/// The middle sample, or the mean of the two middle ones; NaN of nothing.
+/// Median: the mean of the middle two of an even number; NaN of nothing.
 #[must_use]
 pub fn median(samples: &[f64]) -> f64 {
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n.is_multiple_of(2) => mean(&sorted[n / 2 - 1..=n / 2]),
-        n => sorted[n / 2],
+    let middle = sorted.len() / 2;
+    match (
+        sorted.len() % 2,
+        sorted.get(middle.wrapping_sub(1)),
+        sorted.get(middle),
+    ) {
+        (0, Some(low), Some(high)) => f64::midpoint(*low, *high),
+        (_, _, Some(middle)) => *middle,
+        _ => f64::NAN,
     }
 }
 
@@ -65,7 +74,9 @@ mod tests {
         assert!((standard_deviation(&samples) - (32.0f64 / 7.0).sqrt()).abs() < 1e-12);
         assert!(standard_deviation(&[1.0]).abs() < 1e-12);
         assert!((median(&samples) - 4.5).abs() < 1e-12);
-        assert!((median(&[9.0, -1.0, 2.0]) - 2.0).abs() < 1e-12);
+        assert!((median(&[3.0, 1.0, 2.0]) - 2.0).abs() < 1e-12);
+        assert!((median(&[3.0]) - 3.0).abs() < 1e-12);
+        assert!(median(&[]).is_nan());
     }
 
     /// For a large normal sample the interval is the mean ± 1.96 standard errors.

@@ -1,9 +1,9 @@
 //! `tpg train`
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
+use super::interrupt::stop_on_signal;
 use super::progress::Progress;
 use super::run_folder::RunFolder;
 use super::{Failure, Fault as _, Status};
@@ -116,15 +116,7 @@ pub(super) fn run(args: Args) -> Result<Status, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or(cores, usize::from);
     let mut pool = session.pool(threads).or_usage("bad configuration")?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = stop.clone();
-    ctrlc::set_handler(move || {
-        // The second signal is meant: the last checkpoint stays as it is.
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(Status::Interrupted as i32);
-        }
-        eprintln!("finishing this generation, then writing a checkpoint; again to stop at once");
-    })?;
+    let stop = stop_on_signal()?;
     let mut progress = Progress::new(budget, &session);
     let result = train(&mut session, &mut pool, budget, &stop, |session, report| {
         progress.show(session, report);

@@ -149,7 +149,7 @@ fn keys(table: &Table, path: &str) -> Vec<String> {
 }
 
 /// The candidate that is spelled most like `name`; empty without candidates.
-pub(super) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+pub(crate) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
     candidates
         .map(|c| (strsim::jaro_winkler(name, c), c))
         .max_by(|a, b| a.0.total_cmp(&b.0))

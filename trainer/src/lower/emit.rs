@@ -87,13 +87,13 @@ pub fn lower(
     );
     let indexed = contract.memory_model == MemoryModel::Indexed;
     let mut kept = match mode {
-        Mode::Whole => whole(&graph, contract),
+        Mode::Whole | Mode::Counting => whole(&graph, contract),
         Mode::Compact => {
             let stateful = contract.register_mode == RegisterMode::Stateful;
             compact(&graph, &results, stateful, shared)
         }
     };
-    if indexed && (shared || mode == Mode::Whole) {
+    if indexed && (shared || mode != Mode::Compact) {
         kept.cells = (0..INDEXED_CELLS as u16).collect();
     }
     let registers = registers(&kept, &results, mode);
