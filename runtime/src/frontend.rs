@@ -4,6 +4,7 @@
 //! itself, which outlives a decision; a belief has some words of its own behind the outputs.
 
 use crate::blob::{ActionKind, Header};
+#[cfg(feature = "front-end")]
 use crate::math;
 
 /// Largest degree of the belief's monomials.
