@@ -11,3 +11,4 @@ pub mod session;
 pub mod stats;
 pub mod task;
 pub mod trace;
+pub mod tune;

@@ -72,6 +72,32 @@ pub fn lower(
     memory: Option<&[f32]>,
     mode: Mode,
 ) -> Result<Vec<u8>, LowerError> {
+    let Selected {
+        graph,
+        kept,
+        registers,
+        ..
+    } = selected(population, root, contract, mode);
+    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
+}
+
+/// What of an agent's graph reaches the tables.
+pub(super) struct Selected<'a> {
+    pub graph: Graph<'a>,
+    /// For each program, the registers that matter after a run.
+    pub results: Vec<Registers>,
+    pub kept: Kept,
+    /// For each program, the registers that have words.
+    pub registers: Vec<Registers>,
+}
+
+/// Finds what of an agent's graph reaches the tables.
+pub(super) fn selected<'a>(
+    population: &'a Population,
+    root: TeamId,
+    contract: &Contract,
+    mode: Mode,
+) -> Selected<'a> {
     let graph = graph(population, root);
     let results: Vec<Registers> = graph
         .programs
@@ -94,7 +120,12 @@ pub fn lower(
         kept.cells = (0..INDEXED_CELLS as u16).collect();
     }
     let registers = registers(&kept, &results, mode);
-    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
+    Selected {
+        graph,
+        results,
+        kept,
+        registers,
+    }
 }
 
 /// Teams and programs in order of discovery from the root.

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::{Record, Session};
+use super::{Race, Record, Session, Tuned};
 use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, Team, TeamId};
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const DIGEST_BYTES: usize = 32;
 
 /// Why a checkpoint could not be written or read.
@@ -73,6 +73,8 @@ struct Stored {
     teams: Vec<StoredTeam>,
     programs: Vec<StoredProgram>,
     constants: Vec<Arc<[f32]>>,
+    lines: Vec<Tuned>,
+    race: Race,
 }
 
 /// Blocks of constants, each once however many genomes share it.
@@ -103,6 +105,8 @@ pub struct Snapshot {
     population: Population,
     records: Vec<(TeamId, Record)>,
     memory: Option<Arc<[f32]>>,
+    lines: Vec<Tuned>,
+    race: Race,
 }
 
 impl Snapshot {
@@ -119,6 +123,8 @@ impl Snapshot {
             population: session.population.clone(),
             records: records.map(|(id, r)| (*id, r.clone())).collect(),
             memory: session.memory.clone(),
+            lines: session.lines.clone(),
+            race: session.race.clone(),
         }
     }
 
@@ -184,6 +190,8 @@ impl Snapshot {
             teams,
             programs,
             constants: blocks.blocks,
+            lines: self.lines,
+            race: self.race,
         };
         postcard::to_stdvec(&stored).map_err(|e| e.to_string())
     }
@@ -261,7 +269,11 @@ fn restore(stored: Stored) -> Result<Session, String> {
         population.teams.insert(team.id, Arc::new(restored));
     }
     let records: BTreeMap<TeamId, Record> = stored.records.into_iter().collect();
-    if !population.is_closed() || !population.roots.iter().all(|r| records.contains_key(r)) {
+    let tuned = stored.lines.iter().flat_map(Tuned::roots);
+    let mut roots = tuned
+        .chain(stored.race.champion)
+        .chain(population.roots.iter().copied());
+    if !population.is_closed() || !roots.all(|r| records.contains_key(&r)) {
         return Err("it names teams, programs or scores that it does not hold".into());
     }
     let session = Session::with_population(config, stored.seed, population);
@@ -271,6 +283,8 @@ fn restore(stored: Stored) -> Result<Session, String> {
         seconds: stored.seconds,
         records,
         memory: stored.memory,
+        lines: stored.lines,
+        race: stored.race,
         ..session.map_err(|e| e.to_string())?
     })
 }
