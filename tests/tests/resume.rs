@@ -24,13 +24,14 @@ fn assert_same_run(a: &Path, b: &Path, generations: usize) {
 }
 
 /// Trains with one and with two threads, and in two parts, and compares all three.
-fn one_seed_fixes_a_run(preset: &str, population: &str, generations: usize) {
+fn one_seed_fixes_a_run(preset: &str, population: &str, generations: usize, settings: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
     let [one, two, parts] = ["one", "two", "parts"].map(|name| folder.path().join(name));
     let (all, half) = (generations.to_string(), (generations / 2).to_string());
     let population = format!("evolution.population={population}");
     let run = |out: &Path, threads: &str, generations: &str| {
-        train(&[
+        let settings = settings.iter().flat_map(|s| ["--set", s]);
+        let arguments = [
             "train",
             preset,
             "--seed",
@@ -47,7 +48,8 @@ fn one_seed_fixes_a_run(preset: &str, population: &str, generations: usize) {
             "evolution.program.atomic=0.5",
             "--out",
             text(out),
-        ]);
+        ];
+        train(&arguments.into_iter().chain(settings).collect::<Vec<_>>());
     };
     run(&one, "1", &all);
     run(&two, "2", &all);
@@ -60,13 +62,39 @@ fn one_seed_fixes_a_run(preset: &str, population: &str, generations: usize) {
 
 #[test]
 fn one_seed_fixes_a_run_of_100_generations() {
-    one_seed_fixes_a_run("cartpole-sr-sm", "40", 100);
+    one_seed_fixes_a_run("cartpole-sr-sm", "40", 100, &[]);
+}
+
+/// Lines that begin, grow, fall behind and begin anew, means, elites and races: all of it is in the checkpoint.
+#[test]
+fn one_seed_fixes_a_tuned_run() {
+    let settings = [
+        "evolution.initial=linear-history",
+        "evolution.team.grow=0.2",
+        "evaluation.episodes=3",
+        "evaluation.elites=2",
+        "evaluation.shaping.control=0.5",
+        "tuning.lines=2",
+        "tuning.iterations=2",
+        "tuning.directions=4",
+        "tuning.top=2",
+        "tuning.mean-every=3",
+        "tuning.patience=3",
+        "tuning.margin=0.1",
+        "tuning.grow-after=8",
+        "tuning.grow-to=6",
+        "selection.candidates=3",
+        "selection.every=2",
+        "selection.episodes=6",
+        "selection.batch=2",
+    ];
+    one_seed_fixes_a_run("cartpole-sr-sm", "12", 24, &settings);
 }
 
 #[cfg(feature = "mujoco")]
 #[test]
 fn one_seed_fixes_a_run_on_mujoco() {
-    one_seed_fixes_a_run("hopper-sr-sm-b23", "30", 8);
+    one_seed_fixes_a_run("hopper-sr-sm-b23", "30", 8, &[]);
 }
 
 #[test]

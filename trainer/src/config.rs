@@ -1,5 +1,6 @@
 //! Configurations: defaults, preset, file and `--set`, in this order, into one checked value.
 
+mod beyond;
 mod blueprint;
 mod layers;
 mod preset;
@@ -9,4 +10,4 @@ pub use blueprint::Blueprint;
 pub(crate) use layers::nearest;
 pub use layers::{ConfigError, resolve};
 pub use preset::{Preset, presets};
-pub use schema::{Config, EvaluationConfig, PolicyConfig};
+pub use schema::{Config, EvaluationConfig, PolicyConfig, SelectionParams};

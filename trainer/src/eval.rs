@@ -6,6 +6,7 @@ mod disturbance;
 mod pool;
 mod rollout;
 mod seeds;
+mod shaping;
 
 pub use baseline::{ConstantController, RandomController};
 pub use disturb::Disturbed;
@@ -13,3 +14,4 @@ pub use disturbance::{Direction, DisturbError, Disturbance, Effect, MAX_DELAY};
 pub use pool::{Line, Pool, Spent, Split};
 pub use rollout::{Arena, Controller, Episode, EvaluationError, Reply, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};
+pub use shaping::Shaping;

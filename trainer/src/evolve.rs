@@ -1,16 +1,22 @@
 //! Evolution, pure: population, scores and a random stream in, population out.
 
 mod genome;
+mod grow;
+mod linear;
 mod params;
 mod population;
+mod rewrite;
 mod select;
 mod vary;
 
 pub use genome::{
     Action, Genes, Instruction, Program, ProgramId, ResetRule, Shape, Source, Team, TeamId,
 };
-pub use params::{ConstantParams, EvolutionParams, ProgramParams, SizeRange, TeamParams};
+pub use grow::grow;
+pub use linear::{linear_ops, linear_team};
+pub use params::{ConstantParams, EvolutionParams, Initial, ProgramParams, SizeRange, TeamParams};
 pub use population::Population;
+pub use rewrite::{Constants, rewrite_constants};
 pub use select::{rank, select};
 pub use vary::{Child, Variation};
 
@@ -37,6 +43,7 @@ pub(crate) mod tests {
 
     pub fn params() -> EvolutionParams {
         EvolutionParams {
+            initial: Initial::Random,
             population: 40,
             children: 20,
             tournament: 3,
@@ -54,6 +61,7 @@ pub(crate) mod tests {
                 reorder: 0.1,
                 mutate: 0.0,
                 reset: 0.1,
+                grow: 0.0,
             },
             program: ProgramParams {
                 size: SizeRange {

@@ -12,3 +12,4 @@ pub mod session;
 pub mod stats;
 pub mod task;
 pub mod trace;
+pub mod tune;

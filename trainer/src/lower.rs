@@ -4,9 +4,11 @@
 //! keeps everything as evolved, [`Mode::Counting`] as much of it as the thesis's counts of executed instructions and
 //! memory accesses need.
 
+mod constants;
 mod emit;
 mod liveness;
 
+pub use constants::{ConstantSite, Owner, constant_sites, with_constants};
 pub use emit::{Contract, LowerError, lower};
 
 /// How much of a genome reaches the tables.
@@ -182,7 +184,12 @@ mod tests {
                 let size = population.reachable(child).len() as f64;
                 scores.push((child, size + rng.uniform(0.0, 1.0)));
             }
-            select(&mut population, &mut scores, params.population as usize);
+            select(
+                &mut population,
+                &mut scores,
+                params.population as usize,
+                &[],
+            );
         }
         let mut coverage = Coverage::default();
         for root in &population.roots {

@@ -2,9 +2,11 @@
 
 mod checkpoint;
 mod provenance;
+mod race;
 mod report;
 #[cfg(test)]
 mod tests;
+mod tuning;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,6 +25,8 @@ use crate::lower::{LowerError, Mode, lower};
 use crate::task::Rng;
 
 use provenance::Provenance;
+use race::Race;
+use tuning::Tuned;
 
 pub use checkpoint::{CheckpointError, Snapshot, load};
 pub use report::{GenerationReport, LOG_COLUMNS};
@@ -62,6 +66,10 @@ pub struct Record {
     pub generation: u64,
     /// Mean return of its training episodes; −∞ if it could not be scored.
     pub score: f64,
+    /// The same of the shaped rewards: what ranks it.
+    pub fitness: f64,
+    /// How often it was scored; both means are over all times.
+    pub scorings: u32,
     /// Instructions executed per decision in those episodes.
     pub instructions_mean: f64,
     /// Shared memory as it stood when the scoring began, where memory outlives agents.
@@ -69,6 +77,23 @@ pub struct Record {
     /// Steps of its mean training episode, by which the length of its children's is guessed; 0 after a resume.
     #[serde(skip)]
     pub steps_mean: f64,
+}
+
+impl Record {
+    /// The means over the episodes of both.
+    fn and(&self, other: &Record) -> Record {
+        let (a, b) = (f64::from(self.scorings), f64::from(other.scorings));
+        let mean = |x: f64, y: f64| (a * x + b * y) / (a + b);
+        Record {
+            generation: self.generation,
+            score: mean(self.score, other.score),
+            fitness: mean(self.fitness, other.fitness),
+            scorings: self.scorings + other.scorings,
+            instructions_mean: mean(self.instructions_mean, other.instructions_mean),
+            memory: self.memory.clone(),
+            steps_mean: mean(self.steps_mean, other.steps_mean),
+        }
+    }
 }
 
 /// Time that the parts of a run took outside of scoring, which [`Pool::spent`] tells.
@@ -115,6 +140,8 @@ pub struct Session {
     medians: [Option<f64>; 2],
     exported: Option<Exported>,
     overhead: Overhead,
+    lines: Vec<Tuned>,
+    race: Race,
 }
 
 /// Why a run could not go on.
@@ -158,6 +185,8 @@ impl Session {
             medians: [None; 2],
             exported: None,
             overhead: Overhead::default(),
+            lines: Vec::new(),
+            race: Race::default(),
         })
     }
 
@@ -227,20 +256,27 @@ impl Session {
     /// [`SessionError`] where no individual could be scored.
     pub fn advance(&mut self, pool: &mut Pool) -> Result<GenerationReport, SessionError> {
         let started = Instant::now();
-        let newcomers = self.make_generation();
+        let mut newcomers = self.make_generation();
         self.overhead.variation += started.elapsed();
-        let tally = self.score(pool, &newcomers);
+        let mut tally = Tally::default();
+        let made = newcomers.len();
+        newcomers.extend(self.elites());
+        newcomers.extend(self.tune(pool, &mut tally));
+        self.score(pool, &newcomers, &mut tally);
+        self.race(pool, &mut tally);
         let scored = Instant::now();
-        let fresh: Vec<f64> = newcomers
+        let fresh: Vec<f64> = newcomers[..made]
             .iter()
             .map(|n| self.records[&n.root].score)
             .collect();
         self.medians = [Some(crate::stats::median(&fresh)), self.medians[0]];
         let mut scores = self.scores();
         let keep = self.blueprint.params.population as usize;
-        select(&mut self.population, &mut scores, keep);
+        let protected: Vec<TeamId> = self.tuned().chain(self.race.champion).collect();
+        select(&mut self.population, &mut scores, keep, &protected);
         let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
         self.records.retain(|id, _| survives(id));
+        self.race.returns.retain(|id, _| survives(id));
         self.overhead.selection += scored.elapsed();
         self.generation += 1;
         self.steps += tally.steps;
@@ -253,7 +289,34 @@ impl Session {
 
     /// Every scored root with its score, oldest first.
     fn scores(&self) -> Vec<(TeamId, f64)> {
-        self.records.iter().map(|(id, r)| (*id, r.score)).collect()
+        let fitness = |(id, r): (&TeamId, &Record)| (*id, r.fitness);
+        self.records.iter().map(fitness).collect()
+    }
+
+    /// Every scored root with its fitness, the best first.
+    fn ranking(&self) -> Vec<(TeamId, f64)> {
+        let mut ranking = self.scores();
+        ranking.retain(|(_, fitness)| fitness.is_finite());
+        ranking.sort_by(|a, b| rank(*a, *b));
+        ranking
+    }
+
+    /// The best roots so far, which are scored again.
+    fn elites(&self) -> Vec<Newcomer> {
+        let elites = self.blueprint.elites as usize;
+        if elites == 0 {
+            return Vec::new();
+        }
+        let best = self.ranking().into_iter().take(elites);
+        best.map(|(root, _)| self.newcomer(root, root)).collect()
+    }
+
+    /// A root that is to be scored; its episodes may be expected to last as those of its `kin`.
+    fn newcomer(&self, root: TeamId, kin: TeamId) -> Newcomer {
+        Newcomer {
+            root,
+            expected: self.records.get(&kin).map_or(0.0, |r| r.steps_mean),
+        }
     }
 
     /// The new roots of this generation: random ones at first, children later.
@@ -264,11 +327,8 @@ impl Session {
             if self.population.roots.is_empty() {
                 self.population = Population::random(genes, params, &mut rng);
             }
-            let newcomer = |root: &TeamId| Newcomer {
-                root: *root,
-                expected: 0.0,
-            };
-            return self.population.roots.iter().map(newcomer).collect();
+            let roots = self.population.roots.iter();
+            return roots.map(|root| self.newcomer(*root, *root)).collect();
         }
         let variation = Variation {
             genes,
@@ -276,40 +336,44 @@ impl Session {
             scores: &self.scores(),
         };
         let children = variation.children(&mut self.population, &mut rng);
-        let newcomer = |child: &Child| Newcomer {
-            root: child.team,
-            expected: self
-                .records
-                .get(&child.parent)
-                .map_or(0.0, |r| r.steps_mean),
-        };
+        let newcomer = |child: &Child| self.newcomer(child.team, child.parent);
         children.iter().map(newcomer).collect()
     }
 
     /// Scores new roots on the very bytes that would be exported, and records them.
-    fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer]) -> Tally {
+    fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer], tally: &mut Tally) {
         let episodes = u64::from(self.blueprint.episodes);
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
             .collect();
         match self.blueprint.contract.reset_scope {
             ResetScope::PerEpisode | ResetScope::EveryDecision => {
-                self.score_apart(pool, newcomers, &seeds, Split::Episodes)
+                self.score_apart(pool, newcomers, &seeds, tally);
             }
             ResetScope::PerAgent | ResetScope::MemoryPerAgent | ResetScope::MemoryPerEpisode => {
-                self.score_apart(pool, newcomers, &seeds, Split::Agents)
+                self.score_apart(pool, newcomers, &seeds, tally);
             }
             ResetScope::PerGeneration => {
                 self.memory = None;
-                self.score_in_turn(pool, newcomers, &seeds)
+                self.score_in_turn(pool, newcomers, &seeds, tally);
             }
             ResetScope::Original => {
                 let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
                 if self.blueprint.wipe_on_fall && fallen {
                     self.memory = None;
                 }
-                self.score_in_turn(pool, newcomers, &seeds)
+                self.score_in_turn(pool, newcomers, &seeds, tally);
             }
+        }
+    }
+
+    /// How far the evaluation of an agent that shares nothing with others can be split.
+    fn split(&self) -> Split {
+        match self.blueprint.contract.reset_scope {
+            ResetScope::PerAgent | ResetScope::MemoryPerAgent | ResetScope::MemoryPerEpisode => {
+                Split::Agents
+            }
+            _ => Split::Episodes,
         }
     }
 
@@ -319,8 +383,8 @@ impl Session {
         pool: &mut Pool,
         newcomers: &[Newcomer],
         seeds: &[u64],
-        split: Split,
-    ) -> Tally {
+        tally: &mut Tally,
+    ) {
         let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
         let make = |k: usize| {
             let root = newcomers[k].root;
@@ -330,22 +394,30 @@ impl Session {
         let results = pool.score(&Line {
             expected: &expected,
             make: &make,
+            episodes: seeds.len(),
             episode_seeds: seeds,
-            split,
+            split: self.split(),
         });
-        let mut tally = Tally::default();
         for (newcomer, episodes) in newcomers.iter().zip(results) {
             let record = tally.add(episodes.as_deref(), self.generation, None);
+            let record = match self.records.remove(&newcomer.root) {
+                Some(before) => before.and(&record),
+                None => record,
+            };
             self.records.insert(newcomer.root, record);
         }
-        tally
     }
 
     /// Scores roots one after another, oldest first: each finds the memory that the one before left.
     ///
     /// The thesis's pool interleaved its processes at random; a fixed order makes runs repeatable.
-    fn score_in_turn(&mut self, pool: &mut Pool, newcomers: &[Newcomer], seeds: &[u64]) -> Tally {
-        let mut tally = Tally::default();
+    fn score_in_turn(
+        &mut self,
+        pool: &mut Pool,
+        newcomers: &[Newcomer],
+        seeds: &[u64],
+        tally: &mut Tally,
+    ) {
         for Newcomer { root, .. } in newcomers {
             let found = self.memory.clone();
             let blob = self
@@ -360,7 +432,6 @@ impl Session {
             let record = tally.add(episodes.as_deref(), self.generation, found);
             self.records.insert(*root, record);
         }
-        tally
     }
 
     /// The blob of a root, as it was scored in `generation` with the memory that it found.
@@ -376,11 +447,16 @@ impl Session {
         lower(&self.population, root, contract, provenance, memory, mode)
     }
 
-    /// The best root, ties to the older, with its record.
+    /// The winner of the last race, else the best root in training, ties to the older, with its record.
     #[must_use]
     pub fn champion(&self) -> Option<(TeamId, &Record)> {
+        if let Some(root) = self.race.champion
+            && let Some(record) = self.records.get(&root)
+        {
+            return Some((root, record));
+        }
         let records = self.records.iter().map(|(id, r)| (*id, r));
-        records.min_by(|a, b| rank((a.0, a.1.score), (b.0, b.1.score)))
+        records.min_by(|a, b| rank((a.0, a.1.fitness), (b.0, b.1.fitness)))
     }
 
     /// The champion's blob, the very bytes that were scored.
@@ -435,6 +511,8 @@ impl Session {
             generation: self.generation,
             steps: self.steps,
             best: record.score,
+            fitness: record.fitness,
+            select: self.race.mean(champion),
             mean: crate::stats::mean(&scores),
             champion: champion.0,
             champion_teams,
@@ -476,8 +554,11 @@ impl Tally {
         let episodes = episodes.unwrap_or_default();
         let steps: u64 = episodes.iter().map(|e| u64::from(e.steps)).sum();
         let instructions: u64 = episodes.iter().map(|e| e.instructions).sum();
-        let totals: Vec<f64> = episodes.iter().map(|e| e.total).collect();
-        let mean = crate::stats::mean(&totals);
+        let mean_of = |value: fn(&Episode) -> f64| {
+            let values: Vec<f64> = episodes.iter().map(value).collect();
+            crate::stats::mean(&values)
+        };
+        let mean = mean_of(|e| e.total);
         self.steps += steps;
         self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
         self.unscorable += u64::from(!mean.is_finite());
@@ -488,6 +569,12 @@ impl Tally {
             } else {
                 f64::NEG_INFINITY
             },
+            fitness: if mean.is_finite() {
+                mean_of(|e| e.shaped)
+            } else {
+                f64::NEG_INFINITY
+            },
+            scorings: 1,
             instructions_mean: instructions as f64 / steps.max(1) as f64,
             memory,
             steps_mean: steps as f64 / episodes.len().max(1) as f64,

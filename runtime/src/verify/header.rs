@@ -42,6 +42,9 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
     if !header.write_distribution.is_built() {
         return Err(VerifyError::WritesNotBuilt(header.write_distribution));
     }
+    if header.front_end.is_some() && !cfg!(feature = "front-end") {
+        return Err(VerifyError::FrontEndUnsupported);
+    }
     require(
         "programs",
         count(tables.programs),

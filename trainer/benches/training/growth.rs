@@ -7,7 +7,7 @@ use tpg_runtime::Action;
 use tpg_trainer::config::Blueprint;
 use tpg_trainer::eval::{Arena, Pool};
 use tpg_trainer::session::{Session, Snapshot};
-use tpg_trainer::task::{Rng, Spec, Step, Task, Wrappers, create};
+use tpg_trainer::task::{Rng, Spec, Step, Task, Terms, Wrappers, create};
 
 use super::config;
 use super::fixture::{self, Size};
@@ -143,6 +143,7 @@ impl Task for OneStep {
     fn step(&mut self, _: Action<'_>) -> Step {
         Step {
             reward: self.rng.uniform(0.0, 1.0),
+            terms: Terms::default(),
             terminated: true,
             unstable: false,
         }

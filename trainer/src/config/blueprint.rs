@@ -5,11 +5,12 @@ use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::Section;
 
 use super::layers::nearest;
-use super::{Config, ConfigError};
-use crate::eval::Arena;
+use super::{Config, ConfigError, SelectionParams, beyond};
+use crate::eval::{Arena, Shaping};
 use crate::evolve::{EvolutionParams, Genes, Shape, SizeRange};
 use crate::lower::Contract;
 use crate::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
+use crate::tune::TuningParams;
 
 /// Everything that a run needs to know, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,8 +29,16 @@ pub struct Blueprint {
     pub wipe_on_fall: bool,
     /// Training episodes of each new team.
     pub episodes: u32,
+    /// Best teams that are scored again in each generation.
+    pub elites: u32,
+    /// What of the reward the fitness of training counts.
+    pub shaping: Shaping,
     /// Rates and sizes of evolution.
     pub params: EvolutionParams,
+    /// How evolved constants are tuned.
+    pub tuning: TuningParams,
+    /// How the champion is chosen.
+    pub selection: SelectionParams,
 }
 
 impl Blueprint {
@@ -85,14 +94,16 @@ impl Blueprint {
             )?,
         };
         check_policy(&contract, &groups, config)?;
-        check_params(&config.evolution, config.evaluation.episodes)?;
+        check_params(config)?;
+        let ops = ops(&groups, &policy.memory_sections, contract.memory_model)?;
+        beyond::check(config, &contract, &ops)?;
         Ok(Blueprint {
             task: config.task.clone(),
             task_identity: task::identity(&config.task)
                 .map_err(|e| value("task", &config.task, e.to_string()))?,
             genes: Genes {
                 shape: contract.shape,
-                ops: ops(&groups, &policy.memory_sections, contract.memory_model)?,
+                ops,
                 constants: contract.initial_values == InitialValues::Evolved,
                 team_memory: contract.memory_model == MemoryModel::Team,
                 reset_rules: resets == Resets::Evolved,
@@ -101,7 +112,11 @@ impl Blueprint {
             observability,
             wipe_on_fall: resets == Resets::OnFall,
             episodes: config.evaluation.episodes,
+            elites: config.evaluation.elites,
+            shaping: config.evaluation.shaping,
             params: config.evolution,
+            tuning: config.tuning,
+            selection: config.selection,
         })
     }
 
@@ -114,7 +129,7 @@ impl Blueprint {
         let task = task::create(name).map_err(|e| value("task", name, e.to_string()))?;
         let wrappers = Wrappers::new(&self.observability, task.spec())
             .map_err(|e| value("observability", &self.contract.observability, e.to_string()))?;
-        Ok(Arena::new(task, wrappers))
+        Ok(Arena::new(task, wrappers).with_shaping(self.shaping))
     }
 }
 
@@ -155,7 +170,7 @@ impl Resets {
     }
 }
 
-fn value(key: &'static str, value: &str, why: impl Into<String>) -> ConfigError {
+pub(super) fn value(key: &'static str, value: &str, why: impl Into<String>) -> ConfigError {
     ConfigError::Value {
         key,
         value: format!("{value:?}"),
@@ -302,11 +317,14 @@ fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Resul
     Ok(())
 }
 
-fn check_params(params: &EvolutionParams, episodes: u32) -> Result<(), ConfigError> {
+fn check_params(config: &Config) -> Result<(), ConfigError> {
+    let params = &config.evolution;
+    // Tuning alone needs no children.
+    let children = params.children.max(config.tuning.lines);
     let positive = [
-        ("evaluation.episodes", episodes),
+        ("evaluation.episodes", config.evaluation.episodes),
         ("evolution.population", params.population),
-        ("evolution.children", params.children),
+        ("evolution.children", children),
         ("evolution.tournament", params.tournament),
     ];
     for (key, n) in positive {
@@ -323,6 +341,7 @@ fn check_params(params: &EvolutionParams, episodes: u32) -> Result<(), ConfigErr
         ("evolution.team.reorder", team.reorder),
         ("evolution.team.mutate", team.mutate),
         ("evolution.team.reset", team.reset),
+        ("evolution.team.grow", team.grow),
         ("evolution.program.code", program.code),
         ("evolution.program.change", program.change),
         ("evolution.program.swap", program.swap),

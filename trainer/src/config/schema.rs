@@ -1,8 +1,11 @@
 //! The keys of a configuration.
 
 use serde::{Deserialize, Serialize};
+use tpg_runtime::blob::WriteDistribution;
 
+use crate::eval::Shaping;
 use crate::evolve::EvolutionParams;
+use crate::tune::TuningParams;
 
 /// A complete configuration; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +21,12 @@ pub struct Config {
     pub evaluation: EvaluationConfig,
     /// How populations are made from one another.
     pub evolution: EvolutionParams,
+    /// How evolved constants are tuned.
+    #[serde(default, skip_serializing_if = "TuningParams::is_default")]
+    pub tuning: TuningParams,
+    /// How the champion is chosen.
+    #[serde(default, skip_serializing_if = "SelectionParams::is_default")]
+    pub selection: SelectionParams,
 }
 
 /// What policies are made of.
@@ -39,6 +48,10 @@ pub struct PolicyConfig {
     /// Sections of team memory that programs may write and read.
     pub memory_sections: Vec<String>,
     /// With what probabilities writes reach the slots or cells of memory.
+    #[serde(
+        default = "as_in_the_thesis",
+        skip_serializing_if = "is_as_in_the_thesis"
+    )]
     pub memory_writes: String,
 }
 
@@ -48,4 +61,59 @@ pub struct PolicyConfig {
 pub struct EvaluationConfig {
     /// Training episodes of each new team.
     pub episodes: u32,
+    /// Best teams that are scored again in each generation, all their scores of training averaged.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub elites: u32,
+    /// What of the reward the fitness of training counts.
+    #[serde(default, skip_serializing_if = "Shaping::is_default")]
+    pub shaping: Shaping,
+}
+
+/// The write distribution of the thesis, which configurations leave out.
+const THESIS: &str = WriteDistribution::Thesis.name();
+
+fn as_in_the_thesis() -> String {
+    THESIS.to_owned()
+}
+
+fn is_as_in_the_thesis(distribution: &str) -> bool {
+    distribution == THESIS
+}
+
+/// Whether a number is zero; configurations leave out what the thesis does not know.
+fn is_zero(number: &u32) -> bool {
+    *number == 0
+}
+
+/// How the champion is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SelectionParams {
+    /// Best teams in training that race for champion; 0 makes the best of them champion without a race.
+    pub candidates: u32,
+    /// Generations between two races.
+    pub every: u32,
+    /// Episodes after which a race ends.
+    pub episodes: u32,
+    /// Episodes between two looks at who can still win.
+    pub batch: u32,
+}
+
+impl Default for SelectionParams {
+    fn default() -> Self {
+        SelectionParams {
+            candidates: 0,
+            every: 10,
+            episodes: 40,
+            batch: 5,
+        }
+    }
+}
+
+impl SelectionParams {
+    /// Whether nothing differs from the defaults, which configurations leave out.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == SelectionParams::default()
+    }
 }

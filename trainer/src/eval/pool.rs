@@ -47,7 +47,10 @@ pub struct Line<'a> {
     pub expected: &'a [f64],
     /// Makes the bytes of a policy by its number; `None` if it has none. Called once for each, by any thread.
     pub make: &'a (dyn Fn(usize) -> Option<Vec<u8>> + Sync),
-    /// The episodes of every policy.
+    /// Episodes of each policy, at least one.
+    pub episodes: usize,
+    /// Their seeds: a list of that length for all policies, or several lists, one after another, which the policies take
+    /// in turn.
     pub episode_seeds: &'a [u64],
     /// How far these may be split.
     pub split: Split,
@@ -160,7 +163,7 @@ fn jobs(line: &Line<'_>, threads: usize) -> Vec<Job> {
         _ => 0,
     };
     let whole = order.len().saturating_sub(splits);
-    let all = line.episode_seeds.len();
+    let all = line.episodes;
     let job = |policy, first_episode, episodes| Job {
         policy,
         first_episode,
@@ -208,7 +211,9 @@ impl<'b> Worker<'b> {
             self.loaded = Some(job.policy);
         }
         let agent = self.agent.as_deref_mut()?;
-        let seeds = &line.episode_seeds[job.first_episode..][..job.episodes];
+        let lists = (line.episode_seeds.len() / line.episodes).max(1);
+        let first = job.policy % lists * line.episodes + job.first_episode;
+        let seeds = &line.episode_seeds[first..][..job.episodes];
         let spent = &mut self.spent.episodes;
         Some(timed(spent, || run(arena, agent, seeds)))
     }
@@ -243,6 +248,7 @@ mod tests {
         let line = Line {
             expected,
             make: &|_| None,
+            episodes: 2,
             episode_seeds: &[1, 2],
             split,
         };
@@ -274,6 +280,7 @@ mod tests {
         let line = Line {
             expected: &[0.0; 40],
             make: &|k| (k % 2 == 0).then(|| b"no policy".to_vec()),
+            episodes: 1,
             episode_seeds: &[1],
             split: Split::Episodes,
         };

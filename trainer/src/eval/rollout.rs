@@ -2,7 +2,7 @@
 
 use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
 
-use super::EpisodeSeeds;
+use super::{EpisodeSeeds, Shaping};
 use crate::task::{Task, Wrappers};
 
 /// Whoever turns observations into actions: an agent here, or one at the other end of a bridge.
@@ -75,6 +75,8 @@ impl<C: Controller> Controller for &mut C {
 pub struct Episode {
     /// Sum of the rewards, in f64 and in step order.
     pub total: f64,
+    /// The same of the shaped rewards, which steer training; the total where nothing is shaped.
+    pub shaped: f64,
     /// Control steps.
     pub steps: u32,
     /// Instructions that the controller executed.
@@ -87,6 +89,7 @@ pub struct Episode {
 pub struct Arena {
     task: Box<dyn Task>,
     wrappers: Wrappers,
+    shaping: Shaping,
     full: Vec<f32>,
     seen: Vec<f32>,
 }
@@ -100,9 +103,16 @@ impl Arena {
         Arena {
             task,
             wrappers,
+            shaping: Shaping::default(),
             full,
             seen,
         }
+    }
+
+    /// The same with shaped rewards beside the task's own.
+    #[must_use]
+    pub fn with_shaping(self, shaping: Shaping) -> Self {
+        Arena { shaping, ..self }
     }
 
     /// The task.
@@ -133,6 +143,7 @@ impl Arena {
         controller.reset(what, seeds.agent)?;
         let mut episode = Episode {
             total: 0.0,
+            shaped: 0.0,
             steps: 0,
             instructions: 0,
             unstable: false,
@@ -145,6 +156,7 @@ impl Arena {
             episode.instructions += u64::from(reply.instructions);
             let step = self.task.step(reply.action);
             episode.total += step.reward;
+            episode.shaped += self.shaping.apply(&step);
             episode.steps += 1;
             episode.unstable |= step.unstable;
             if step.terminated {

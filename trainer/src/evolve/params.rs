@@ -14,10 +14,39 @@ pub struct SizeRange {
     pub max: u32,
 }
 
+/// What the first generation is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Initial {
+    /// Random teams.
+    #[default]
+    Random,
+    /// A linear policy with all constants zero, and random teams.
+    Linear,
+    /// The same, linear in this observation and the last one.
+    LinearHistory,
+}
+
+impl Initial {
+    /// Whether it is the default, which configurations leave out.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == Initial::default()
+    }
+}
+
+/// Whether a rate is zero; configurations leave out those that the thesis does not know.
+fn is_zero(rate: &f64) -> bool {
+    *rate == 0.0
+}
+
 /// How populations are made from one another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct EvolutionParams {
+    /// What the first generation is made of.
+    #[serde(default, skip_serializing_if = "Initial::is_default")]
+    pub initial: Initial,
     /// Root teams that survive a generation.
     pub population: u32,
     /// New root teams in a generation.
@@ -53,7 +82,11 @@ pub struct TeamParams {
     /// For each program: replacing it by a mutated clone; 0 stands for 1/size. At least one is replaced.
     pub mutate: f64,
     /// Drawing a new rule of resets, in a run where agents evolve it.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub reset: f64,
+    /// Cloning a program inside the team, with a bid of its own.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub grow: f64,
 }
 
 /// How programs vary; rates are probabilities for each program that is mutated.

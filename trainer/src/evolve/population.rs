@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::genome::random_constants;
+use super::linear::linear_team;
 use super::{
-    Action, EvolutionParams, Genes, Program, ProgramId, ResetRule, SizeRange, Team, TeamId,
+    Action, EvolutionParams, Genes, Initial, Program, ProgramId, ResetRule, SizeRange, Team, TeamId,
 };
 use crate::task::Rng;
 
@@ -24,11 +25,15 @@ pub struct Population {
 }
 
 impl Population {
-    /// A random first generation: every team is a root of atomic programs of its own.
+    /// A first generation: every team is a root of atomic programs of its own, all random, or the first one linear.
     #[must_use]
     pub fn random(genes: &Genes, params: &EvolutionParams, rng: &mut Rng) -> Self {
         let mut population = Population::default();
-        for _ in 0..params.population {
+        if params.initial != Initial::Random {
+            let linear = linear_team(&mut population, genes, params.initial, rng);
+            population.roots.push(linear);
+        }
+        while population.roots.len() < params.population as usize {
             let size = initial_size(params.team.size, rng);
             let members = (0..size)
                 .map(|_| {

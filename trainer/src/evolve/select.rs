@@ -10,12 +10,18 @@ pub fn rank(a: (TeamId, f64), b: (TeamId, f64)) -> Ordering {
     b.1.total_cmp(&a.1).then(a.0.cmp(&b.0))
 }
 
-/// Keeps the best `keep` roots, ties to the older, and collects what nothing reaches any more.
+/// Keeps the best `keep` roots, ties to the older, and those that are protected; collects what nothing reaches any more.
 ///
 /// `scores` names every root with its score; what remains of it is ordered as the roots are, oldest first.
-pub fn select(population: &mut Population, scores: &mut Vec<(TeamId, f64)>, keep: usize) {
+pub fn select(
+    population: &mut Population,
+    scores: &mut Vec<(TeamId, f64)>,
+    keep: usize,
+    protected: &[TeamId],
+) {
     scores.sort_by(|a, b| rank(*a, *b));
-    scores.truncate(keep);
+    let beaten = scores.split_off(keep.min(scores.len()));
+    scores.extend(beaten.into_iter().filter(|(id, _)| protected.contains(id)));
     scores.sort_by_key(|(team_id, _)| *team_id);
     population.roots = scores.iter().map(|(team_id, _)| *team_id).collect();
     population.collect();

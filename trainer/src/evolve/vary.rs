@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::genome::{Source, random_atomic};
 use super::{
     Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
-    TeamId, rank,
+    TeamId, grow, rank,
 };
 use crate::task::Rng;
 
@@ -55,6 +55,11 @@ impl Variation<'_> {
         let (parent, mut team) = self.conceive(population, rng);
         self.vary_members(population, elders, &mut team, rng);
         self.mutate_programs(population, elders, &mut team, rng);
+        // Without such growth nothing is drawn, so that runs of before stay the same.
+        let (growth, max) = (self.params.team.grow, self.params.team.size.max as usize);
+        if growth > 0.0 && rng.chance(growth) && team.members.len() < max {
+            grow(population, &mut team, self.genes, rng);
+        }
         if !team.memory.is_empty() && rng.chance(self.params.constants.mutate) {
             team.memory = self.mutate_constants(&team.memory, rng);
         }
@@ -296,7 +301,12 @@ mod tests {
             for child in variation.children(&mut population, &mut rng) {
                 scores.push((child.team, rng.uniform(0.0, 1.0)));
             }
-            super::super::select(&mut population, &mut scores, params.population as usize);
+            super::super::select(
+                &mut population,
+                &mut scores,
+                params.population as usize,
+                &[],
+            );
             assert_eq!(population.roots.len(), params.population as usize);
             for (id, team) in &population.teams {
                 assert!(population.has_exit(&team.members), "{id:?} has no exit");

@@ -75,6 +75,32 @@ pub fn lower(
     memory: Option<&[f32]>,
     mode: Mode,
 ) -> Result<Vec<u8>, LowerError> {
+    let Selected {
+        graph,
+        kept,
+        registers,
+        ..
+    } = selected(population, root, contract, mode);
+    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
+}
+
+/// What of an agent's graph reaches the tables.
+pub(super) struct Selected<'a> {
+    pub graph: Graph<'a>,
+    /// For each program, the registers that matter after a run.
+    pub results: Vec<Registers>,
+    pub kept: Kept,
+    /// For each program, the registers that have words.
+    pub registers: Vec<Registers>,
+}
+
+/// Finds what of an agent's graph reaches the tables.
+pub(super) fn selected<'a>(
+    population: &'a Population,
+    root: TeamId,
+    contract: &Contract,
+    mode: Mode,
+) -> Selected<'a> {
     let graph = graph(population, root);
     let results: Vec<Registers> = graph
         .programs
@@ -97,7 +123,12 @@ pub fn lower(
         kept.cells = (0..INDEXED_CELLS as u16).collect();
     }
     let registers = registers(&kept, &results, mode);
-    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
+    Selected {
+        graph,
+        results,
+        kept,
+        registers,
+    }
 }
 
 /// Teams and programs in order of discovery from the root.
@@ -464,6 +495,7 @@ fn header(contract: &Contract, graph: &Graph<'_>, kept: &Kept) -> Result<Header,
         reset_scope: reset_scope(contract, graph),
         memory_model: contract.memory_model,
         write_distribution: contract.write_distribution,
+        front_end: None,
         groups: 0,
         action_low,
         action_high,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use tpg_runtime::isa::{Destination, Op, Operand, REGISTERS};
+use tpg_runtime::isa::{Destination, Group, Op, Operand, REGISTERS};
 use tpg_runtime::tables::Section;
 
 use crate::evolve::{Instruction, Program, ProgramId, Source, Team, TeamId};
@@ -22,7 +22,7 @@ impl Registers {
         self.0[section as usize] &= !(1 << register);
     }
 
-    fn contains(self, section: Section, register: u8) -> bool {
+    pub(super) fn contains(self, section: Section, register: u8) -> bool {
         self.0[section as usize] & (1 << register) != 0
     }
 
@@ -81,10 +81,28 @@ pub(super) struct Demand {
 }
 
 /// Which of the instructions can influence what is demanded.
+pub(super) fn effective(instructions: &[Instruction], demand: &Demand) -> Vec<bool> {
+    analyse(instructions, demand).0
+}
+
+/// The registers whose evolved constants code reads: those that are live when it first runs, and those that it reloads.
+///
+/// All of the code must be effective, as [`compact`] leaves it.
+pub(super) fn constants_read(code: &[Instruction], demand: &Demand) -> Registers {
+    let (_, mut read) = analyse(code, demand);
+    for instruction in code.iter().filter(|i| i.op.group() == Group::Constants) {
+        if let Some(section) = register_written(instruction.op) {
+            read.insert(section, instruction.destination);
+        }
+    }
+    read
+}
+
+/// The effective instructions, and the registers that are live before the first of them.
 ///
 /// A backward pass over the code; with stateful registers it is repeated until what is live at the start
 /// is also live at the end.
-pub(super) fn effective(instructions: &[Instruction], demand: &Demand) -> Vec<bool> {
+fn analyse(instructions: &[Instruction], demand: &Demand) -> (Vec<bool>, Registers) {
     let mut live_at_end = demand.results;
     loop {
         let mut live = live_at_end;
@@ -94,7 +112,7 @@ pub(super) fn effective(instructions: &[Instruction], demand: &Demand) -> Vec<bo
         }
         let next = live_at_end.union(live);
         if !demand.stateful || next == live_at_end {
-            return keep;
+            return (keep, live);
         }
         live_at_end = next;
     }
@@ -280,6 +298,20 @@ mod tests {
         let code = [scalar(Op::Add, 0, 3, 3), scalar(Op::Sub, 3, 1, 1)];
         assert_eq!(effective(&code, &demand(false)), [true, false]);
         assert_eq!(effective(&code, &demand(true)), [true, true]);
+    }
+
+    #[test]
+    fn a_constant_is_read_before_it_is_overwritten_or_when_it_is_reloaded() {
+        // s0 = s3 + s4; s3 = s1 - s1: the constants of s1, s3, s4 are read, that of s3 by the first run alone.
+        let mut code = vec![scalar(Op::Add, 0, 3, 4), scalar(Op::Sub, 3, 1, 1)];
+        assert_eq!(constants_read(&code, &demand(true)).0, [0b1_1010, 0, 0]);
+        code.insert(0, scalar(Op::Sub, 4, 5, 5));
+        assert_eq!(constants_read(&code, &demand(true)).0, [0b10_1010, 0, 0]);
+        code.insert(1, scalar(Op::ReloadS, 4, 0, 0));
+        assert_eq!(
+            constants_read(&code[1..], &demand(true)).0,
+            [0b1_1010, 0, 0]
+        );
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::{Record, Session};
+use super::{Race, Record, Session, Tuned};
 use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRule, Team, TeamId};
 
@@ -75,6 +75,8 @@ struct Stored {
     teams: Vec<StoredTeam>,
     programs: Vec<StoredProgram>,
     constants: Vec<Arc<[f32]>>,
+    lines: Vec<Tuned>,
+    race: Race,
 }
 
 /// Blocks of constants, each once however many genomes share it.
@@ -106,6 +108,8 @@ pub struct Snapshot {
     records: Vec<(TeamId, Record)>,
     memory: Option<Arc<[f32]>>,
     medians: [Option<f64>; 2],
+    lines: Vec<Tuned>,
+    race: Race,
 }
 
 impl Snapshot {
@@ -123,6 +127,8 @@ impl Snapshot {
             records: records.map(|(id, r)| (*id, r.clone())).collect(),
             memory: session.memory.clone(),
             medians: session.medians,
+            lines: session.lines.clone(),
+            race: session.race.clone(),
         }
     }
 
@@ -190,6 +196,8 @@ impl Snapshot {
             teams,
             programs,
             constants: blocks.blocks,
+            lines: self.lines,
+            race: self.race,
         };
         postcard::to_stdvec(&stored).map_err(|e| e.to_string())
     }
@@ -268,7 +276,11 @@ fn restore(stored: Stored) -> Result<Session, String> {
         population.teams.insert(team.id, Arc::new(restored));
     }
     let records: BTreeMap<TeamId, Record> = stored.records.into_iter().collect();
-    if !population.is_closed() || !population.roots.iter().all(|r| records.contains_key(r)) {
+    let tuned = stored.lines.iter().flat_map(Tuned::roots);
+    let mut roots = tuned
+        .chain(stored.race.champion)
+        .chain(population.roots.iter().copied());
+    if !population.is_closed() || !roots.all(|r| records.contains_key(&r)) {
         return Err("it names teams, programs or scores that it does not hold".into());
     }
     let session = Session::with_population(config, stored.seed, population);
@@ -279,6 +291,8 @@ fn restore(stored: Stored) -> Result<Session, String> {
         records,
         memory: stored.memory,
         medians: stored.medians,
+        lines: stored.lines,
+        race: stored.race,
         ..session.map_err(|e| e.to_string())?
     })
 }

@@ -11,6 +11,10 @@ pub struct GenerationReport {
     pub steps: u64,
     /// The champion's training score: mean return of its training episodes.
     pub best: f64,
+    /// Its fitness in training: the same of the shaped rewards.
+    pub fitness: f64,
+    /// Its mean return over the episodes of the last race; none where the champion is not chosen by races.
+    pub select: Option<f64>,
     /// Mean training score of the surviving roots.
     pub mean: f64,
     /// The champion's team number, unique in the run.
@@ -36,10 +40,12 @@ pub struct GenerationReport {
 }
 
 /// The columns of `log.csv`, in order.
-pub const LOG_COLUMNS: [&str; 14] = [
+pub const LOG_COLUMNS: [&str; 16] = [
     "generation",
     "steps",
     "best",
+    "fitness",
+    "select",
     "mean",
     "champion",
     "champion_teams",

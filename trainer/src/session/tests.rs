@@ -3,7 +3,7 @@
 use tpg_runtime::Policy;
 use tpg_runtime::blob::ResetScope;
 
-use super::Session;
+use super::{Session, Tally};
 use crate::config::{Preset, resolve};
 use crate::evolve::ResetRule;
 use crate::lower::Mode;
@@ -29,7 +29,7 @@ fn a_fallen_median_wipes_the_memory() {
         assert!(session.memory.is_some(), "nothing was written");
         session.medians = medians;
         let newcomers = session.make_generation();
-        session.score(&mut pool, &newcomers);
+        session.score(&mut pool, &newcomers, &mut Tally::default());
         let first = &session.records[&newcomers[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
     }

@@ -1,7 +1,7 @@
 //! Acrobot, computed here: the same bits on every machine.
 
 use super::spec::{channels, write};
-use super::{ActionSpace, Rng, Spec, Step, Task};
+use super::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use std::f64::consts::{FRAC_PI_2, PI};
 use tpg_runtime::Action;
 
@@ -156,6 +156,7 @@ impl Task for Acrobot {
         let terminated = -libm::cos(angle_1) - libm::cos(angle_2 + angle_1) > 1.0;
         Step {
             reward: if terminated { 0.0 } else { -1.0 },
+            terms: Terms::default(),
             terminated,
             unstable: false,
         }

@@ -1,7 +1,7 @@
 //! CartPole, computed here: the same bits on every machine.
 
 use super::spec::{channels, write};
-use super::{ActionSpace, Rng, Spec, Step, Task};
+use super::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use std::f64::consts::PI;
 use tpg_runtime::Action;
 
@@ -16,6 +16,11 @@ const POLE_MASS_LENGTH: f64 = POLE_MASS * LENGTH;
 /// Newtons.
 const FORCE: f64 = 10.0;
 /// Seconds.
+/// All of the reward is for not having failed.
+const ALIVE: Terms = Terms {
+    alive: 1.0,
+    control: 0.0,
+};
 const PERIOD: f64 = 0.02;
 /// Twelve degrees, in radians.
 const ANGLE_LIMIT: f64 = 12.0 * 2.0 * PI / 360.0;
@@ -109,6 +114,7 @@ impl Task for CartPole {
         let terminated = x.abs() > POSITION_LIMIT || angle.abs() > ANGLE_LIMIT;
         Step {
             reward: 1.0,
+            terms: ALIVE,
             terminated,
             unstable: false,
         }
@@ -139,6 +145,7 @@ mod tests {
             step,
             Step {
                 reward: 1.0,
+                terms: ALIVE,
                 terminated: false,
                 unstable: false
             }

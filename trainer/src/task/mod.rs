@@ -30,5 +30,5 @@ pub use observability::{Observability, ObservabilityError, parse_stack, stack_te
 pub use pendulum::Pendulum;
 pub use registry::{UnknownTask, create, identity, locate, names, simulator_version};
 pub use rng::Rng;
-pub use spec::{ActionSpace, Channel, Spec, Step, Task};
+pub use spec::{ActionSpace, Channel, Spec, Step, Task, Terms};
 pub use wrappers::Wrappers;

@@ -1,7 +1,7 @@
 //! Pendulum, computed here: the same bits on every machine.
 
 use super::spec::{channels, write};
-use super::{ActionSpace, Rng, Spec, Step, Task};
+use super::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use std::f64::consts::PI;
 use tpg_runtime::Action;
 
@@ -109,6 +109,10 @@ impl Task for Pendulum {
         self.state = [angle + omega * PERIOD, omega];
         Step {
             reward: -costs,
+            terms: Terms {
+                alive: 0.0,
+                control: f64::from(cost),
+            },
             terminated: false,
             unstable: false,
         }

@@ -53,10 +53,21 @@ pub enum ActionSpace {
 pub struct Step {
     /// Reward of this step; 0 when the simulation became unstable.
     pub reward: f64,
+    /// What of the reward does not pay for the task itself, for whoever shapes a fitness.
+    pub terms: Terms,
     /// Whether the episode ended here, by failure or by success; reaching [`Spec::max_steps`] is the caller's to see.
     pub terminated: bool,
     /// Whether the simulator lost the state, so that the episode failed and its state means nothing.
     pub unstable: bool,
+}
+
+/// Terms of a step's reward: reward = progress + alive − control.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Terms {
+    /// What the step earned for not having failed.
+    pub alive: f64,
+    /// What it paid for control.
+    pub control: f64,
 }
 
 /// A plant that a policy controls.

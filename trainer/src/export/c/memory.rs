@@ -7,6 +7,7 @@ use tpg_runtime::tables::Section;
 
 use super::super::plan::Plan;
 use super::super::text::letter;
+use super::perception::write_reset;
 use super::program::{list, number_text};
 use super::sections;
 
@@ -142,6 +143,7 @@ pub(super) fn write_resets(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         out,
         "}}\n\nvoid {name}_init({name} *self)\n{{\n    self->instructions = 0;\n    self->winner = 0;\n    self->teams = 0;"
     )?;
+    write_reset(out, plan)?;
     writeln!(
         out,
         "    reset_memory(self);\n    reset_registers(self, 0);\n}}\n"
@@ -150,6 +152,7 @@ pub(super) fn write_resets(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         out,
         "void {name}_reset({name} *self, {name}_reset_kind what, uint64_t agent_seed)\n{{"
     )?;
+    write_reset(out, plan)?;
     let (agent, episode) = (scope.at_agent(), scope.at_episode());
     for (call, when) in [
         ("reset_memory(self)", [agent.1, episode.1]),

@@ -3,7 +3,7 @@
 use super::Version;
 use super::sim::{Model, Sim, UNSTABLE, control, square};
 use crate::task::spec::{ChannelRow, channels, write};
-use crate::task::{ActionSpace, Rng, Spec, Step, Task};
+use crate::task::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use tpg_runtime::Action;
 
 pub(super) static MODEL: Model = Model::without_contacts(include_str!(concat!(
@@ -128,6 +128,10 @@ impl Task for DoublePendulum {
         };
         Step {
             reward: alive - distance - velocity,
+            terms: Terms {
+                alive,
+                control: 0.0,
+            },
             terminated,
             unstable: false,
         }

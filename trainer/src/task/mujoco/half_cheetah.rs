@@ -3,7 +3,7 @@
 use super::Version;
 use super::sim::{Model, Sim, UNSTABLE, control};
 use crate::task::spec::{channels, write};
-use crate::task::{ActionSpace, Rng, Spec, Step, Task};
+use crate::task::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use tpg_runtime::Action;
 
 pub(super) static MODEL: Model = Model::new(include_str!(concat!(
@@ -122,6 +122,10 @@ impl Task for HalfCheetah {
         let cost = CONTROL_WEIGHT * control.iter().fold(0.0, |sum, x| sum + x * x);
         Step {
             reward: forward - f64::from(cost),
+            terms: Terms {
+                alive: 0.0,
+                control: f64::from(cost),
+            },
             terminated: false,
             unstable: false,
         }

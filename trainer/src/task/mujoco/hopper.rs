@@ -3,7 +3,7 @@
 use super::Version;
 use super::sim::{Model, Sim, UNSTABLE, control};
 use crate::task::spec::{channels, write};
-use crate::task::{ActionSpace, Rng, Spec, Step, Task};
+use crate::task::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use tpg_runtime::Action;
 
 pub(super) static MODEL: Model =
@@ -142,6 +142,10 @@ impl Task for Hopper {
         let cost = CONTROL_WEIGHT * control.iter().fold(0.0, |sum, x| sum + x * x);
         Step {
             reward: forward + alive - f64::from(cost),
+            terms: Terms {
+                alive,
+                control: f64::from(cost),
+            },
             terminated: !healthy,
             unstable: false,
         }

@@ -1,6 +1,6 @@
 //! What the MuJoCo tasks share: one model for the process, one state for each instance.
 
-use crate::task::Step;
+use crate::task::{Step, Terms};
 use mujoco_rs::{
     error::MjModelError,
     prelude::{MjData, MjLogMessage, MjModel, MjtDisableBit, MjtLogLevel, set_log_handler},
@@ -142,6 +142,10 @@ impl Sim {
 /// The outcome of a step in which the simulation failed.
 pub(super) const UNSTABLE: Step = Step {
     reward: 0.0,
+    terms: Terms {
+        alive: 0.0,
+        control: 0.0,
+    },
     terminated: true,
     unstable: true,
 };

@@ -6,7 +6,7 @@ use super::source::Source;
 use super::terms::{Reward, Termination};
 use crate::task::mujoco::sim::{Sim, UNSTABLE, compile};
 use crate::task::spec::round;
-use crate::task::{ActionSpace, Channel, Rng, Spec, Step, Task, UnknownTask};
+use crate::task::{ActionSpace, Channel, Rng, Spec, Step, Task, Terms, UnknownTask};
 use mujoco_rs::prelude::{MjModel, MjtJoint};
 use sha2::{Digest as _, Sha256};
 use std::path::{Path, PathBuf};
@@ -227,14 +227,19 @@ impl Task for Custom {
             return UNSTABLE;
         }
         let data = &self.sim.data;
-        let terms = self.rewards.iter();
-        let reward: f64 = terms.map(|r| r.value(data, self.period, norm)).sum();
+        let (mut reward, mut terms) = (0.0, Terms::default());
+        for term in &self.rewards {
+            let value = term.value(data, self.period, norm);
+            reward += value;
+            term.attribute(value, &mut terms);
+        }
         // An infinite reward would make every mean meaningless.
         if !reward.is_finite() {
             return UNSTABLE;
         }
         Step {
             reward,
+            terms,
             terminated: self.terminations.iter().any(|t| t.reached(data)),
             unstable: false,
         }

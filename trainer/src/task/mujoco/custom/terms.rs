@@ -2,6 +2,7 @@
 
 use super::description::{self, RewardKind, finite};
 use super::source::Source;
+use crate::task::Terms;
 use mujoco_rs::prelude::{MjData, MjModel};
 use std::sync::Arc;
 
@@ -87,6 +88,15 @@ impl Reward {
             Kind::ControlCost => f64::from(-norm),
         };
         self.weight * factor
+    }
+
+    /// Adds a value of the term to those that do not pay for the task itself, if it is one of them.
+    pub(super) fn attribute(&self, value: f64, terms: &mut Terms) {
+        match self.kind {
+            Kind::Constant => terms.alive += value,
+            Kind::ControlCost => terms.control -= value,
+            Kind::Linear { .. } | Kind::Square { .. } | Kind::Velocity { .. } => {}
+        }
     }
 }
 

@@ -1,0 +1,126 @@
+//! Checks of what goes beyond the thesis: tuning, shaping, choosing the champion, linear policies to begin with.
+
+use tpg_runtime::blob::{InitialValues, RegisterMode, ResetScope};
+use tpg_runtime::isa::Op;
+
+use super::blueprint::value;
+use super::{Config, ConfigError, SelectionParams};
+use crate::evolve::{Initial, linear_ops};
+use crate::lower::Contract;
+use crate::tune::TuningParams;
+
+/// Refuses settings that make no sense, or not with this policy.
+pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
+    check_initial(config.evolution.initial, contract, ops)?;
+    check_tuning(&config.tuning, contract)?;
+    check_selection(&config.selection)?;
+    let (alive, control) = (
+        config.evaluation.shaping.alive,
+        config.evaluation.shaping.control,
+    );
+    for (key, factor) in [
+        ("evaluation.shaping.alive", alive),
+        ("evaluation.shaping.control", control),
+    ] {
+        if !factor.is_finite() {
+            return Err(value(key, &factor.to_string(), "a factor must be finite"));
+        }
+    }
+    let again = [
+        ("evaluation.elites", config.evaluation.elites),
+        ("tuning.lines", config.tuning.lines),
+        ("selection.candidates", config.selection.candidates),
+    ];
+    let shared = matches!(
+        contract.reset_scope,
+        ResetScope::Original | ResetScope::PerGeneration
+    );
+    for (key, number) in again {
+        if number > 0 && shared {
+            let why = "where agents share one memory none can be scored twice; take another \
+                       policy.reset-scope, or 0";
+            return Err(value(key, &number.to_string(), why));
+        }
+    }
+    Ok(())
+}
+
+fn check_initial(initial: Initial, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
+    let key = "evolution.initial";
+    let name = match initial {
+        Initial::Random => return Ok(()),
+        Initial::Linear => "linear",
+        Initial::LinearHistory => "linear-history",
+    };
+    let needed = linear_ops(contract.shape.actions, initial);
+    if let Some(missing) = needed.into_iter().find(|op| !ops.contains(op)) {
+        let why = format!(
+            "needs the operation {}, which is in none of policy.groups",
+            missing.mnemonic()
+        );
+        return Err(value(key, name, why));
+    }
+    if contract.initial_values == InitialValues::Zero {
+        let why = "needs policy.initial-values = \"evolved\"";
+        return Err(value(key, name, why));
+    }
+    if initial == Initial::LinearHistory && contract.register_mode == RegisterMode::Stateless {
+        let why = "needs policy.register-mode = \"stateful\", to remember the last observation";
+        return Err(value(key, name, why));
+    }
+    Ok(())
+}
+
+fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), ConfigError> {
+    if tuning.lines == 0 {
+        return Ok(());
+    }
+    if contract.initial_values == InitialValues::Zero {
+        let why = "there are no constants to tune with policy.initial-values = \"zero\"";
+        return Err(value("tuning.lines", &tuning.lines.to_string(), why));
+    }
+    let positive = [
+        ("tuning.iterations", tuning.iterations),
+        ("tuning.directions", tuning.directions),
+        ("tuning.top", tuning.top),
+        ("tuning.episodes", tuning.episodes),
+        ("tuning.grow-to", tuning.grow_to),
+    ];
+    for (key, number) in positive {
+        if number == 0 {
+            return Err(value(key, "0", "must be at least 1"));
+        }
+    }
+    for (key, number) in [("tuning.noise", tuning.noise), ("tuning.step", tuning.step)] {
+        if !(number > 0.0 && number.is_finite()) {
+            let why = "must be a positive number";
+            return Err(value(key, &number.to_string(), why));
+        }
+    }
+    if !(tuning.margin >= 0.0 && tuning.margin.is_finite()) {
+        let why = "must be a number, at least 0";
+        return Err(value("tuning.margin", &tuning.margin.to_string(), why));
+    }
+    if tuning.top > tuning.directions {
+        let why = format!(
+            "must not be above tuning.directions = {}",
+            tuning.directions
+        );
+        return Err(value("tuning.top", &tuning.top.to_string(), why));
+    }
+    Ok(())
+}
+
+fn check_selection(selection: &SelectionParams) -> Result<(), ConfigError> {
+    let positive = [
+        ("selection.every", selection.every),
+        ("selection.episodes", selection.episodes),
+        ("selection.batch", selection.batch),
+    ];
+    for (key, number) in positive {
+        if selection.candidates > 0 && number == 0 {
+            return Err(value(key, "0", "must be at least 1"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,113 @@
+//! Structure that grows out of what is tuned: a program is cloned inside its team, with a bid of its own.
+
+use tpg_runtime::isa::{Destination, Op, Operand, REGISTERS};
+use tpg_runtime::tables::Section;
+
+use super::{Genes, Instruction, Population, Program, Source, Team};
+use crate::task::Rng;
+
+/// Clones a program of the team, with fresh bid constants, behind its last member; says whether it could.
+///
+/// The clone does what its original does, but bids differently: bᵀo + c with b ~ N(0, 1/W), c = 0 in registers that
+/// its code does not name, added to the original's bid where code computes one, else in its place. Which program is
+/// cloned is drawn among those that have such registers.
+pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &mut Rng) -> bool {
+    let candidates: Vec<(Program, Free)> = team
+        .members
+        .iter()
+        .map(|id| population.program(*id))
+        .filter(|program| program.is_atomic() && !program.constants.is_empty())
+        .filter_map(|program| Some((Program::clone(program), Free::of(&program.instructions)?)))
+        .collect();
+    if candidates.is_empty() || ![Op::Dot, Op::Add].iter().all(|op| genes.ops.contains(op)) {
+        return false;
+    }
+    let at = rng.below(candidates.len() as u64) as usize;
+    let Some((mut program, free)) = candidates.into_iter().nth(at) else {
+        return false;
+    };
+    free.append_bid(&mut program.instructions);
+    let width = usize::from(genes.shape.width);
+    let mut constants = program.constants.to_vec();
+    let vector = REGISTERS + usize::from(free.vector) * width;
+    for gain in constants.iter_mut().skip(vector).take(width) {
+        *gain = (rng.normal() / (width as f64).sqrt()) as f32;
+    }
+    if let Some(offset) = constants.get_mut(usize::from(free.offset)) {
+        *offset = 0.0;
+    }
+    program.constants = constants.into();
+    team.members.push(population.add_program(program));
+    true
+}
+
+/// Registers that code does not name, for a new bid.
+struct Free {
+    vector: u8,
+    offset: u8,
+    /// For the product, where it is added to a bid that the code computes; else the bid itself.
+    product: Option<u8>,
+}
+
+impl Free {
+    fn of(code: &[Instruction]) -> Option<Free> {
+        // The bid and the outputs are taken in any case.
+        let mut named = [0b11u8, 0b10];
+        for instruction in code {
+            match instruction.op.destination() {
+                Destination::S | Destination::SUpdate => named[0] |= 1 << instruction.destination,
+                Destination::V => named[1] |= 1 << instruction.destination,
+                _ => {}
+            }
+            let kinds = instruction.op.operands();
+            for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
+                let section = match kind {
+                    _ if source.observed => continue,
+                    Operand::S => Section::Scalar,
+                    Operand::SOrVElement if !source.of_vector => Section::Scalar,
+                    Operand::V | Operand::VElement | Operand::SOrVElement => Section::Vector,
+                    _ => continue,
+                };
+                named[section as usize] |= 1 << source.register;
+            }
+        }
+        let mut scalars = (0..REGISTERS as u8).filter(|k| named[0] & (1 << k) == 0);
+        let vector = (0..REGISTERS as u8).find(|k| named[1] & (1 << k) == 0)?;
+        let offset = scalars.next()?;
+        // What only adds to the bid would let a stateful one grow without end.
+        let computed = code
+            .iter()
+            .any(|i| i.op.destination() == Destination::S && i.destination == 0);
+        let product = if computed {
+            Some(scalars.next()?)
+        } else {
+            None
+        };
+        Some(Free {
+            vector,
+            offset,
+            product,
+        })
+    }
+
+    fn append_bid(&self, code: &mut Vec<Instruction>) {
+        let register = Source::register;
+        code.push(Instruction {
+            op: Op::Dot,
+            destination: self.product.unwrap_or(0),
+            a: register(self.vector),
+            b: Source::observation(0),
+        });
+        code.extend(
+            self.product
+                .into_iter()
+                .chain([self.offset])
+                .map(|term| Instruction {
+                    op: Op::Add,
+                    destination: 0,
+                    a: register(0),
+                    b: register(term),
+                }),
+        );
+    }
+}

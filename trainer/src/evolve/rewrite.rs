@@ -1,0 +1,114 @@
+//! An agent with other constants: what tuning writes back.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{Action, Population, Program, ProgramId, Team, TeamId};
+
+/// New constants of some programs and teams of an agent.
+#[derive(Debug, Clone, Default)]
+pub struct Constants {
+    /// All constants of each program that changes.
+    pub programs: BTreeMap<ProgramId, Vec<f32>>,
+    /// All memory constants of each team that changes.
+    pub teams: BTreeMap<TeamId, Vec<f32>>,
+}
+
+/// Adds an agent that differs from another one in these constants alone, and names its root, which is not a root of the
+/// population yet.
+///
+/// Teams and programs never change once they are in a population, so whatever leads to something new is new as well.
+#[must_use]
+pub fn rewrite_constants(
+    population: &mut Population,
+    root: TeamId,
+    constants: &Constants,
+) -> TeamId {
+    let mut teams = population.reachable(root);
+    // A program leads to older teams alone, so that targets are rewritten before what points at them.
+    teams.sort_unstable();
+    let mut new_teams: BTreeMap<TeamId, TeamId> = BTreeMap::new();
+    let mut new_programs: BTreeMap<ProgramId, ProgramId> = BTreeMap::new();
+    for id in teams {
+        let mut team = Team::clone(population.team(id));
+        for member in &mut team.members {
+            if !new_programs.contains_key(member) {
+                let rewritten = rewrite_program(population, *member, constants, &new_teams);
+                let new = rewritten.map_or(*member, |program| population.add_program(program));
+                new_programs.insert(*member, new);
+            }
+            *member = new_programs[member];
+        }
+        if let Some(memory) = constants.teams.get(&id) {
+            team.memory = Arc::from(memory.as_slice());
+        }
+        // The root is new in any case: it is another agent.
+        if id == root || team != **population.team(id) {
+            let new = population.add_team(team);
+            new_teams.insert(id, new);
+        }
+    }
+    new_teams[&root]
+}
+
+/// The program with its new constants and target; `None` if neither changes.
+fn rewrite_program(
+    population: &Population,
+    id: ProgramId,
+    constants: &Constants,
+    new_teams: &BTreeMap<TeamId, TeamId>,
+) -> Option<Program> {
+    let mut program = Program::clone(population.program(id));
+    let mut changed = false;
+    if let Some(constants) = constants.programs.get(&id) {
+        program.constants = Arc::from(constants.as_slice());
+        changed = true;
+    }
+    if let Action::Team(target) = &mut program.action
+        && let Some(new) = new_teams.get(target)
+    {
+        *target = *new;
+        changed = true;
+    }
+    changed.then_some(program)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{genes, params};
+    use super::*;
+    use crate::task::Rng;
+
+    #[test]
+    fn what_leads_to_something_new_is_new_and_the_rest_is_shared() {
+        let mut rng = Rng::new(3);
+        let mut population = Population::random(&genes(), &params(), &mut rng);
+        let (inner, other) = (population.roots[0], population.roots[1]);
+        let leaf = population.team(inner).members[0];
+        let pointer = Program {
+            action: Action::Team(inner),
+            ..Program::clone(population.program(leaf))
+        };
+        let pointer = population.add_program(pointer);
+        let mut outer = Team::clone(population.team(other));
+        outer.members.insert(0, pointer);
+        let outer = population.add_team(outer);
+        let mut constants = Constants::default();
+        let len = population.program(leaf).constants.len();
+        constants.programs.insert(leaf, vec![2.0; len]);
+        let new = rewrite_constants(&mut population, outer, &constants);
+        assert_ne!(new, outer);
+        assert_eq!(
+            population.team(new).members[1..],
+            population.team(outer).members[1..]
+        );
+        let Action::Team(target) = population.program(population.team(new).members[0]).action
+        else {
+            panic!("the pointer still leads to a team");
+        };
+        assert!(target != inner && target < new);
+        let rewritten = population.program(population.team(target).members[0]);
+        assert_eq!(rewritten.constants.to_vec(), vec![2.0; len]);
+        assert_ne!(population.program(leaf).constants.to_vec(), vec![2.0; len]);
+    }
+}

@@ -1,0 +1,281 @@
+//! Protected lines of agents whose constants are tuned and written back in each generation.
+
+use serde::{Deserialize, Serialize};
+use tpg_runtime::blob::Blob;
+use tpg_runtime::rng::mix64;
+
+use super::{Newcomer, Session, Tally};
+use crate::eval::{Domain, Episode, Line, Pool, episode_seed};
+use crate::evolve::{Constants, Initial, Team, TeamId, grow, rewrite_constants};
+use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
+use crate::task::Rng;
+use crate::tune::{RecentMean, Search, Trial};
+
+/// Marks the random stream of tuning among those that derive from a run's seed.
+const TUNING_STREAM: u64 = 5;
+/// Number of a generation's first episode of tuning: the scores' own are numbered from 0.
+const FIRST_EPISODE: u64 = 1 << 32;
+
+/// A line: the agent that is tuned, which selection does not drop.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tuned {
+    root: TeamId,
+    /// Root of the last mean over the line, protected until the next.
+    mean_root: Option<TeamId>,
+    mean: RecentMean,
+    iterations: u64,
+    grown: bool,
+    /// Generations for which it has lain behind the best agent.
+    behind: u32,
+}
+
+impl Tuned {
+    fn new(root: TeamId) -> Self {
+        Tuned {
+            root,
+            mean_root: None,
+            mean: RecentMean::default(),
+            iterations: 0,
+            grown: false,
+            behind: 0,
+        }
+    }
+
+    /// The agents that it protects.
+    pub(super) fn roots(&self) -> impl Iterator<Item = TeamId> + use<> {
+        [self.root].into_iter().chain(self.mean_root)
+    }
+}
+
+/// The constants of an agent that decisions depend on.
+struct Tunable {
+    template: Vec<u8>,
+    /// The whole table of constants, and what of it is read.
+    table: Vec<f32>,
+    sites: Vec<ConstantSite>,
+    read: Vec<usize>,
+}
+
+impl Tunable {
+    /// Those constants, in the order of the table.
+    fn values(&self) -> Vec<f32> {
+        self.read.iter().map(|k| self.table[*k]).collect()
+    }
+
+    /// The agent's blob with others in their place.
+    fn blob(&self, values: &[f32]) -> Option<Vec<u8>> {
+        let mut table = self.table.clone();
+        for (k, value) in self.read.iter().zip(values) {
+            table[*k] = *value;
+        }
+        with_constants(&self.template, &table)
+    }
+}
+
+impl Session {
+    /// The agents that lines protect.
+    pub(super) fn tuned(&self) -> impl Iterator<Item = TeamId> {
+        self.lines.iter().flat_map(Tuned::roots)
+    }
+
+    /// Tunes every line and adds what came of it to the population, to be scored with the generation.
+    pub(super) fn tune(&mut self, pool: &mut Pool, tally: &mut Tally) -> Vec<Newcomer> {
+        let mut newcomers = Vec::new();
+        self.hold_lines();
+        if self.generation == 0 {
+            return newcomers;
+        }
+        let mut rng = Rng::new(mix64(&[self.seed, self.generation, TUNING_STREAM]));
+        let mut episode = FIRST_EPISODE;
+        let mut lines = std::mem::take(&mut self.lines);
+        for line in &mut lines {
+            let before = line.root;
+            let roots = self.tune_line(line, pool, &mut rng, &mut episode, tally);
+            self.population.roots.extend(&roots);
+            newcomers.extend(roots.into_iter().map(|root| self.newcomer(root, before)));
+        }
+        self.lines = lines;
+        newcomers
+    }
+
+    /// Ends lines that have lain behind for too long, and begins new ones at the best agents.
+    fn hold_lines(&mut self) {
+        let params = self.blueprint.tuning;
+        if params.lines == 0 {
+            return;
+        }
+        if self.generation == 0 {
+            // Nothing is scored yet: only a linear policy is worth protecting.
+            if self.blueprint.params.initial != Initial::Random {
+                self.lines
+                    .extend(self.population.roots.first().copied().map(Tuned::new));
+            }
+            return;
+        }
+        let ranking = self.ranking();
+        if let Some((_, best)) = ranking.first() {
+            let least = best - params.margin * best.abs();
+            for line in &mut self.lines {
+                let record = self.records.get(&line.root);
+                let behind = record.is_none_or(|r| r.fitness < least);
+                line.behind = if behind { line.behind + 1 } else { 0 };
+            }
+        }
+        if params.patience > 0 {
+            self.lines.retain(|line| line.behind < params.patience);
+        }
+        for (root, _) in ranking {
+            if self.lines.len() >= params.lines as usize {
+                break;
+            }
+            if !self.tuned().any(|tuned| tuned == root) {
+                self.lines.push(Tuned::new(root));
+            }
+        }
+    }
+
+    /// Tunes one line; the new roots, none if it has no constants that matter.
+    fn tune_line(
+        &mut self,
+        line: &mut Tuned,
+        pool: &mut Pool,
+        rng: &mut Rng,
+        episode: &mut u64,
+        tally: &mut Tally,
+    ) -> Vec<TeamId> {
+        let params = self.blueprint.tuning;
+        let due = params.grow_after > 0 && line.iterations >= u64::from(params.grow_after);
+        if due && !line.grown {
+            self.grow_line(line, rng);
+        }
+        let Some(tunable) = self.tunable(line.root) else {
+            line.behind = u32::MAX;
+            return Vec::new();
+        };
+        let mut values = tunable.values();
+        for _ in 0..params.iterations {
+            let search = Search::new(&params, &values, rng);
+            let trials = self.try_directions(&search, &tunable, pool, episode, tally);
+            values = search.step(&trials);
+            line.mean.push(&values);
+            line.iterations += 1;
+        }
+        let old = line.root;
+        line.root = self.write_back(old, &tunable, &values);
+        let mut roots = vec![line.root];
+        let due = params.mean_every > 0 && self.generation % u64::from(params.mean_every) == 0;
+        if due && let Some(mean) = line.mean.last_quarter() {
+            let root = self.write_back(old, &tunable, &mean);
+            line.mean_root = Some(root);
+            roots.push(root);
+        }
+        roots
+    }
+
+    /// Clones programs inside the line's team, each with a bid of its own; all of its constants are tuned from here on.
+    fn grow_line(&mut self, line: &mut Tuned, rng: &mut Rng) {
+        line.grown = true;
+        let mut team = Team::clone(self.population.team(line.root));
+        let size = self.blueprint.tuning.grow_to as usize;
+        let mut grew = false;
+        while team.members.len() < size
+            && grow(&mut self.population, &mut team, &self.blueprint.genes, rng)
+        {
+            grew = true;
+        }
+        if grew {
+            line.root = self.population.add_team(team);
+            line.mean = RecentMean::default();
+        }
+    }
+
+    /// What of an agent can be tuned; `None` if nothing, or if the agent is too large to be scored.
+    fn tunable(&self, root: TeamId) -> Option<Tunable> {
+        let template = self
+            .export(root, self.generation, None, Mode::Compact)
+            .ok()?;
+        let sites = constant_sites(&self.population, root, &self.blueprint.contract);
+        let blob = Blob::decode(&template).ok()?;
+        let constants = blob.tables().constants.iter();
+        let table: Vec<f32> = constants.map(|x| f32::from_le_bytes(*x)).collect();
+        let read: Vec<usize> = (0..sites.len()).filter(|k| sites[*k].read).collect();
+        let sound = table.len() == sites.len() && !read.is_empty();
+        sound.then_some(Tunable {
+            template,
+            table,
+            sites,
+            read,
+        })
+    }
+
+    /// Scores the trials of an iteration; both trials of a direction run on the same episodes, those of others on others.
+    fn try_directions(
+        &self,
+        search: &Search<'_>,
+        tunable: &Tunable,
+        pool: &mut Pool,
+        episode: &mut u64,
+        tally: &mut Tally,
+    ) -> Vec<Trial> {
+        let params = &self.blueprint.tuning;
+        let (directions, episodes) = (params.directions as usize, params.episodes as usize);
+        let numbers = *episode..*episode + (directions * episodes) as u64;
+        *episode = numbers.end;
+        let seeds: Vec<u64> = numbers
+            .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
+            .collect();
+        let make = |trial: usize| tunable.blob(&search.constants(trial));
+        let results = pool.score(&Line {
+            expected: &vec![0.0; 2 * directions],
+            make: &make,
+            episodes,
+            episode_seeds: &seeds,
+            split: self.split(),
+        });
+        let fitness: Vec<f64> = results
+            .iter()
+            .map(|episodes| match episodes {
+                Some(episodes) => tally.count(episodes, |e| e.shaped),
+                None => f64::NEG_INFINITY,
+            })
+            .collect();
+        let (forwards, backwards) = fitness.split_at(directions);
+        let pairs = forwards.iter().zip(backwards);
+        pairs
+            .map(|(forwards, backwards)| Trial {
+                forwards: *forwards,
+                backwards: *backwards,
+            })
+            .collect()
+    }
+
+    /// Adds the agent with these constants in place of those that were tuned.
+    fn write_back(&mut self, root: TeamId, tunable: &Tunable, values: &[f32]) -> TeamId {
+        let mut constants = Constants::default();
+        for (k, value) in tunable.read.iter().zip(values) {
+            let ConstantSite { owner, index, .. } = tunable.sites[*k];
+            let all = match owner {
+                Owner::Program(id) => constants
+                    .programs
+                    .entry(id)
+                    .or_insert_with(|| self.population.program(id).constants.to_vec()),
+                Owner::Team(id) => constants
+                    .teams
+                    .entry(id)
+                    .or_insert_with(|| self.population.team(id).memory.to_vec()),
+            };
+            all[index] = *value;
+        }
+        rewrite_constants(&mut self.population, root, &constants)
+    }
+}
+
+impl Tally {
+    /// Counts episodes that score nobody in particular, and returns their mean.
+    pub(super) fn count(&mut self, episodes: &[Episode], value: fn(&Episode) -> f64) -> f64 {
+        self.steps += episodes.iter().map(|e| u64::from(e.steps)).sum::<u64>();
+        self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
+        let values: Vec<f64> = episodes.iter().map(value).collect();
+        crate::stats::mean(&values)
+    }
+}

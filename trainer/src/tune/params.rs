@@ -1,0 +1,60 @@
+//! The settings of tuning.
+
+use serde::{Deserialize, Serialize};
+
+/// How the constants of the best agents are tuned; `presets/defaults.toml` explains every key.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct TuningParams {
+    /// Agents that are tuned at a time; 0 turns tuning off.
+    pub lines: u32,
+    /// Iterations of each line in a generation.
+    pub iterations: u32,
+    /// Directions of an iteration, each tried forwards and backwards.
+    pub directions: u32,
+    /// Directions that an update uses: those with the best trials.
+    pub top: u32,
+    /// Episodes of each trial.
+    pub episodes: u32,
+    /// Standard deviation of what a trial adds to each constant.
+    pub noise: f64,
+    /// Length of a step in units of the scores' standard deviation.
+    pub step: f64,
+    /// Generations between two means of a line's last quarter; 0 makes none.
+    pub mean_every: u32,
+    /// Generations that a line may lie behind the best agent before it takes that one's place; 0 stands for ever.
+    pub patience: u32,
+    /// Share of the best score by which a line lies behind.
+    pub margin: f64,
+    /// Iterations after which a line's team grows, once; 0 stands for never.
+    pub grow_after: u32,
+    /// Programs of a team that has grown.
+    pub grow_to: u32,
+}
+
+impl Default for TuningParams {
+    fn default() -> Self {
+        TuningParams {
+            lines: 0,
+            iterations: 1,
+            directions: 16,
+            top: 8,
+            episodes: 1,
+            noise: 0.03,
+            step: 0.02,
+            mean_every: 10,
+            patience: 60,
+            margin: 0.3,
+            grow_after: 0,
+            grow_to: 2,
+        }
+    }
+}
+
+impl TuningParams {
+    /// Whether nothing differs from the defaults, which configurations leave out.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == TuningParams::default()
+    }
+}
