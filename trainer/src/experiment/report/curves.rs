@@ -118,7 +118,14 @@ fn legend(results: &Results) -> Vec<(String, Look)> {
 
 fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, band: Band) -> Panel {
     let groups: Vec<&Group> = results.of_task(task).collect();
-    let end = common_end(&groups, progress);
+    let end = match progress {
+        Progress::Generations => common_end(&groups, progress),
+        // Variants that train as many generations differ in time: each is drawn as long as all its runs last.
+        Progress::Time => {
+            let ends = groups.iter().map(|group| common_end(&[*group], progress));
+            ends.fold(f64::NEG_INFINITY, f64::max)
+        }
+    };
     let (unit, x_label) = match progress {
         Progress::Generations => (1.0, "generation"),
         Progress::Time if end >= 3600.0 => (3600.0, "hours of training"),
@@ -126,6 +133,10 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
         Progress::Time => (1.0, "seconds of training"),
     };
     let marks = groups.iter().map(|group| {
+        let end = match progress {
+            Progress::Generations => end,
+            Progress::Time => common_end(&[*group], progress),
+        };
         let xs = grid(&(start(&group.runs, progress)..end), progress);
         let points = xs.into_iter().filter_map(|x| {
             let values: Vec<f64> = group
@@ -175,7 +186,7 @@ fn start(runs: &[Run], progress: Progress) -> f64 {
     starts.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Where the first run of any variant ends: the thesis cuts its curves there.
+/// Where the first run of these variants ends: the thesis cuts its curves there.
 fn common_end(groups: &[&Group], progress: Progress) -> f64 {
     let runs = groups.iter().flat_map(|group| &group.runs);
     let lasts = runs.filter_map(|run| run.curve.last());
