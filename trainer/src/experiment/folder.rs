@@ -14,7 +14,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use toml::Table;
+use toml::{Table, Value};
 
 use super::file::{Cell, Experiment, leaves};
 use super::row::{
@@ -152,7 +152,9 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder of an experiment, or opens it if it is of this very experiment and version.
+    /// Makes the folder of an experiment, or opens it if it is of this experiment and version.
+    ///
+    /// An experiment may have grown: more repeats, tasks and variants only add to what is there.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -164,9 +166,11 @@ impl Folder {
             Err(e) => return Err(unreadable(&file, &e)),
         };
         let new = Table::try_from(manifest).map_err(|e| unreadable(&file, &one_line(&e)))?;
+        let mut is_current = false;
         if let Some(text) = &text {
             let old: Table = text.parse().map_err(|e| unreadable(&file, &one_line(&e)))?;
-            let differences = differences(&old, &new);
+            is_current = old == new;
+            let differences = differences(&grown(old, &new), &new);
             if !differences.is_empty() {
                 return Err(FolderError::Differs {
                     folder: path.to_owned(),
@@ -177,7 +181,7 @@ impl Folder {
         for kind in ["rows", "curves", "accesses", "work"] {
             fs::create_dir_all(path.join(kind)).map_err(|e| unreadable(path, &e))?;
         }
-        if text.is_none() {
+        if !is_current {
             let text = format!(
                 "# What the results in this folder were made with; `tpg experiment run` adds no others.\n\n{new}"
             );
@@ -251,6 +255,39 @@ impl Folder {
         }
         Ok(())
     }
+}
+
+/// An old manifest as it would be if its experiment had grown as the new one has.
+fn grown(mut old: Table, new: &Table) -> Table {
+    let part = |key: &str| new.get(key).and_then(Value::as_table);
+    if let (Some(Value::Table(experiment)), Some(to)) =
+        (old.get_mut("experiment"), part("experiment"))
+    {
+        experiment.remove("title");
+        for key in ["title", "repeats", "tasks", "variants"] {
+            let has_grown = match (experiment.get(key), to.get(key)) {
+                (None, _) => true,
+                (Some(Value::Integer(few)), Some(Value::Integer(more))) => few < more,
+                (Some(Value::Array(few)), Some(Value::Array(more))) => {
+                    few.iter().all(|x| more.contains(x))
+                }
+                _ => false,
+            };
+            if let (true, Some(value)) = (has_grown, to.get(key)) {
+                experiment.insert(key.to_owned(), value.clone());
+            }
+        }
+    }
+    if let (Some(Value::Table(configurations)), Some(to)) =
+        (old.get_mut("configurations"), part("configurations"))
+    {
+        for (preset, hash) in to {
+            configurations
+                .entry(preset.clone())
+                .or_insert_with(|| hash.clone());
+        }
+    }
+    old
 }
 
 /// Every key that is not the same in both tables, with both values.
@@ -330,6 +367,19 @@ mod tests {
         Folder::open(&path, &first).expect("made");
         assert_eq!(Manifest::read(&path).expect("it reads back"), first);
         Folder::open(&path, &first).expect("the same");
+        let more = TEXT.replace("repeats = 1", "repeats = 3");
+        let more = manifest(&more.replace("\"per-agent\"", "\"per-agent\", \"original\""));
+        Folder::open(&path, &more).expect("grown");
+        assert_eq!(Manifest::read(&path).expect("it reads back"), more);
+        let message = Folder::open(&path, &first)
+            .expect_err("smaller")
+            .to_string();
+        assert!(
+            message.contains("experiment.repeats is 3 there and 1 here"),
+            "{message}"
+        );
+        let path = parent.path().join("another");
+        Folder::open(&path, &first).expect("made");
         let text = TEXT.replace("generations = 2", "steps = 30");
         let changed = format!("{text}\n[set]\nevolution.population = 7");
         let error = Folder::open(&path, &manifest(&changed)).expect_err("another");
