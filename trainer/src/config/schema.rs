@@ -89,7 +89,7 @@ impl Default for SelectionParams {
     fn default() -> Self {
         SelectionParams {
             candidates: 0,
-            every: 10,
+            every: 2,
             episodes: 40,
             batch: 5,
         }
