@@ -86,7 +86,7 @@ pub struct Decision<'a> {
     pub action: Action<'a>,
     /// The program that won at the last team.
     pub winner: ProgramId,
-    /// Instructions executed.
+    /// Instructions executed; a front end counts its multiplications.
     pub instructions: u32,
     /// Teams visited.
     pub teams: u16,
@@ -239,7 +239,7 @@ impl<
         observation: &[f32],
         observer: O,
     ) -> Result<Decision<'_>, ObservationError> {
-        state::observe(&self.policy, &mut self.words, observation)?;
+        let perceived = state::observe(&self.policy, &mut self.words, observation)?;
         let wides = W::wides::<O>(self.policy.header.width);
         let mut machine = Machine {
             words: &mut self.words,
@@ -253,7 +253,7 @@ impl<
         Ok(Decision {
             action: state::take_action(&self.policy, &mut self.words, path.winner),
             winner: path.winner,
-            instructions: path.instructions,
+            instructions: perceived + path.instructions,
             teams: path.teams,
         })
     }

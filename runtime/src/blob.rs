@@ -11,8 +11,10 @@ pub use header::{ActionKind, Header, InitialValues, MemoryModel, RegisterMode, R
 
 /// First bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"TPGB";
-/// The format version that this build writes and reads.
-pub const VERSION: u16 = 1;
+/// The newest format version that this build writes and reads: policies with a front end have it.
+pub const VERSION: u16 = 2;
+/// The oldest format version that this build reads; policies without a front end are written in it.
+pub const OLDEST_VERSION: u16 = 1;
 
 /// Bytes of the checksum at the end.
 pub(crate) const CRC_BYTES: usize = 4;

@@ -10,6 +10,7 @@
 //! - [`SliceAgent`]: the same in memory that its caller owns, for sizes known only when a policy arrives.
 //! - [`isa`]: the instruction table, from which names, encoding and costs derive.
 //! - [`math`]: what every operation means; the only place that computes with floats.
+//! - [`frontend`]: what a policy perceives of an observation, where it has a front end.
 //! - [`rng`]: seeds and random streams; [`memory`]: which of them memory writes follow.
 //!
 //! A champion computes the same bits on every target: `docs/semantics.md` in the repository defines them.
@@ -18,6 +19,7 @@
 //! |---|---|---|
 //! | `all-operations` | every group of instructions below | on |
 //! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
+//! | `front-end` | execute [front ends](frontend): standardised observations, belief where they are blank; a policy that has one is refused without | on |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob about twenty times faster, by a table of 16 KiB; results stay the same | off |
 //! | `wire` | what host and board say to each other over a serial line | off |
@@ -46,7 +48,7 @@ mod action;
 mod agent;
 pub mod blob;
 mod exec;
-mod frontend;
+pub mod frontend;
 pub mod isa;
 pub mod math;
 pub mod memory;

@@ -9,8 +9,10 @@
     reason = "this is the one place for arithmetic"
 )]
 
+mod belief;
 mod trigonometry;
 
+pub use belief::{LIMIT, believe, centred, changes, is_blank, standardise};
 pub use trigonometry::{acos, asin, cos, sin, tan};
 
 /// The number rule of the standard set: a non-finite result becomes +0.

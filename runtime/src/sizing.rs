@@ -1,6 +1,6 @@
 //! Capacities of an agent, from the bytes of its policy, when the firmware is compiled.
 
-use crate::blob::{Header, HeaderFault, VERSION};
+use crate::blob::{Header, HeaderFault, OLDEST_VERSION, VERSION};
 
 /// What an [`Agent`](crate::Agent) needs for a policy, or offers to one.
 ///
@@ -56,7 +56,9 @@ impl Capacities {
                     HeaderFault::Version(version) => text
                         .text("the file has format version ")
                         .number(version as u64)
-                        .text(", this build reads version ")
+                        .text(", this build reads versions ")
+                        .number(OLDEST_VERSION as u64)
+                        .text(" to ")
                         .number(VERSION as u64),
                     HeaderFault::Fingerprint(_) => {
                         text.text("it was made for another instruction set, export it again")

@@ -111,7 +111,7 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
     /// # Errors
     /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
     pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
-        state::observe(&self.policy, self.slices.words, observation)?;
+        let perceived = state::observe(&self.policy, self.slices.words, observation)?;
         let wides = W::wides::<()>(self.policy.header.width);
         let mut machine = Machine {
             words: &mut *self.slices.words,
@@ -125,7 +125,7 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
         Ok(Decision {
             action: state::take_action(&self.policy, self.slices.words, path.winner),
             winner: path.winner,
-            instructions: path.instructions,
+            instructions: perceived + path.instructions,
             teams: path.teams,
         })
     }

@@ -4,6 +4,8 @@ use crate::action::Action;
 use crate::agent::{ObservationError, Reset};
 use crate::blob::{ActionKind, MemoryModel, ResetScope};
 use crate::exec;
+#[cfg(feature = "front-end")]
+use crate::frontend;
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::rng::Pcg32;
@@ -38,6 +40,7 @@ pub(crate) fn reset(
         (_, PerEpisode | EveryDecision) | (Reset::Agent, PerAgent) => (true, true),
         (Reset::Episode, Original | PerGeneration | PerAgent) => (false, false),
     };
+    forget_perception(policy, words);
     if memory {
         restore_memory(policy, words);
     }
@@ -47,13 +50,15 @@ pub(crate) fn reset(
     }
 }
 
-/// Puts an observation into the window, cyclically; non-finite elements count as 0.
+/// Puts an observation, or what the front end makes of it, into the window, cyclically; non-finite elements count as 0.
+///
+/// Returns the instructions that the front end counts as.
 #[inline(always)]
 pub(crate) fn observe(
     policy: &Policy<'_>,
     words: &mut [f32],
     observation: &[f32],
-) -> Result<(), ObservationError> {
+) -> Result<u32, ObservationError> {
     let header = &policy.header;
     let needed = usize::from(header.observation_len);
     if observation.len() != needed {
@@ -62,19 +67,39 @@ pub(crate) fn observe(
             got: observation.len(),
         });
     }
-    let window = words.get_mut(..usize::from(header.window));
-    let Some((first, rest)) = window.unwrap_or_default().split_at_mut_checked(needed) else {
-        return Ok(());
+    let Some((window, behind)) = words.split_at_mut_checked(usize::from(header.window)) else {
+        return Ok(0);
     };
-    for (word, x) in first.iter_mut().zip(observation) {
-        *word = math::finite(*x);
+    let Some((first, rest)) = window.split_at_mut_checked(needed) else {
+        return Ok(0);
+    };
+    #[cfg(feature = "front-end")]
+    let perceived = policy
+        .front_end()
+        .map(|front_end| frontend::perceive(&front_end, header, first, behind, observation));
+    #[cfg(not(feature = "front-end"))]
+    let (perceived, _) = (None, behind);
+    if perceived.is_none() {
+        for (word, x) in first.iter_mut().zip(observation) {
+            *word = math::finite(*x);
+        }
     }
     for again in rest.chunks_mut(needed.max(1)) {
         for (word, x) in again.iter_mut().zip(&*first) {
             *word = *x;
         }
     }
-    Ok(())
+    Ok(perceived.unwrap_or(0))
+}
+
+/// Empties window and belief at the start of an episode, where a front end lets them outlive a decision.
+#[inline]
+fn forget_perception(policy: &Policy<'_>, words: &mut [f32]) {
+    let header = &policy.header;
+    if cfg!(feature = "front-end") && header.front_end.is_some() {
+        let place = words.get_mut(..header.registers_start());
+        place.unwrap_or_default().fill(0.0);
+    }
 }
 
 /// The winner's action; continuous ones are clamped into the state's output words.
@@ -86,10 +111,12 @@ pub(crate) fn take_action<'s>(
     let header = &policy.header;
     let program = policy.tables.program(winner);
     if header.action_kind == ActionKind::Discrete {
-        return Action::Discrete(match program.map(|p| p.target) {
+        let action = match program.map(|p| p.target) {
             Some(Target::Atomic(action)) => action,
             _ => 0,
-        });
+        };
+        remember(policy, words, action);
+        return Action::Discrete(action);
     }
     let (start, len) = (usize::from(header.window), header.outputs());
     let (low, high) = (header.action_low, header.action_high);
@@ -100,8 +127,26 @@ pub(crate) fn take_action<'s>(
             *out = math::clamp(x, low, high);
         }
     }
+    remember(policy, words, 0);
     let outputs = words.get(start..).and_then(|rest| rest.get(..len));
     Action::Continuous(outputs.unwrap_or_default())
+}
+
+/// Tells the front end, if there is one, what was decided.
+#[inline]
+fn remember(policy: &Policy<'_>, words: &mut [f32], action: u16) {
+    #[cfg(feature = "front-end")]
+    if let Some(front_end) = policy.front_end() {
+        let behind = words.get_mut(usize::from(policy.header.window)..);
+        frontend::remember(
+            &front_end,
+            &policy.header,
+            behind.unwrap_or_default(),
+            action,
+        );
+    }
+    #[cfg(not(feature = "front-end"))]
+    let _ = (policy, words, action);
 }
 
 fn reset_registers(policy: &Policy<'_>, words: &mut [f32]) {

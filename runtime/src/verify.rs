@@ -6,7 +6,7 @@ mod programs;
 mod teams;
 
 use crate::blob::{Blob, Header};
-use crate::frontend;
+use crate::frontend::FrontEnd;
 use crate::tables::{Instruction, Tables};
 
 pub use error::VerifyError;
@@ -23,7 +23,7 @@ pub const MAX_WORDS: u32 = u16::MAX as u32;
 /// What one decision can cost at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bounds {
-    /// Instructions executed: every program runs at most once.
+    /// Instructions executed: every program runs at most once; a front end counts its multiplications.
     pub instructions: u32,
     /// Single-precision operations, weighted by the [cost classes](crate::isa::Cost).
     pub weighted_operations: u64,
@@ -60,6 +60,7 @@ impl<'a> Policy<'a> {
         check_header(&header, &tables)?;
         finite(tables.constants, "constants")?;
         finite(tables.memory, "memory")?;
+        check_front_end(&header, &tables)?;
         let memory_start = check_programs(&header, &tables)?;
         let words = check_memory(&header, &tables, memory_start)?;
         require("words", words, header.words)?;
@@ -74,15 +75,6 @@ impl<'a> Policy<'a> {
         let mut lines = lines(tables.labels);
         if lines.clone().count() != labels || !lines.all(is_label) {
             return Err(VerifyError::Labels);
-        }
-        if !tables.front_end.is_empty() {
-            let fits =
-                frontend::well_formed(tables.front_end, header.observation_len, header.outputs());
-            return Err(if fits {
-                VerifyError::FrontEndUnsupported
-            } else {
-                VerifyError::FrontEndMalformed
-            });
         }
         Ok(Policy {
             header,
@@ -110,6 +102,16 @@ impl<'a> Policy<'a> {
         &self.bounds
     }
 
+    /// What happens to observations before programs see them; `None` where they see them as they are.
+    #[must_use]
+    #[inline]
+    pub fn front_end(&self) -> Option<FrontEnd<'a>> {
+        match self.tables.front_end {
+            [] => None,
+            section => FrontEnd::view(section, &self.header),
+        }
+    }
+
     /// First state word of the kept cells of indexed memory: behind the teams' memory.
     pub(crate) const fn cells_start(&self) -> usize {
         (self.header.words as usize).saturating_sub(self.tables.cells.len())
@@ -126,6 +128,27 @@ impl<'a> Policy<'a> {
         let inputs = usize::from(self.header.observation_len);
         labels(self.tables.labels).skip(inputs)
     }
+}
+
+/// Checks that a front end is announced exactly where there is one, and that it is sound.
+fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
+    let words = match tables.front_end {
+        [] => None,
+        section => {
+            let front_end =
+                FrontEnd::read(section, header).ok_or(VerifyError::FrontEndMalformed)?;
+            Some(front_end.words(header) as u32)
+        }
+    };
+    let announced = header.front_end.map(u32::from);
+    if words.is_some() != announced.is_some() {
+        return Err(VerifyError::FrontEndMalformed);
+    }
+    require(
+        "front-end words",
+        words.unwrap_or(0),
+        announced.unwrap_or(0),
+    )
 }
 
 fn labels(text: &str) -> impl Iterator<Item = (&str, &str)> {
@@ -165,9 +188,16 @@ fn bounds(header: &Header, tables: &Tables<'_>) -> Bounds {
     let weight = |bytes: &[u8; Instruction::BYTES]| {
         Instruction::from_bytes(bytes).map_or(0, |i| i.op.cost().weight(header.width, cells))
     };
+    let front_end = FrontEnd::view(tables.front_end, header);
+    let (multiplications, operations) = front_end.map_or((0, 0), |front_end| {
+        (
+            front_end.instructions(header),
+            front_end.weighted_operations(header),
+        )
+    });
     Bounds {
-        instructions: count(tables.code),
-        weighted_operations: tables.code.iter().map(weight).sum(),
+        instructions: count(tables.code).saturating_add(multiplications),
+        weighted_operations: tables.code.iter().map(weight).sum::<u64>() + operations,
         teams: header.teams,
     }
 }

@@ -33,6 +33,24 @@ fn a_policy_loads_where_its_groups_are_built() {
 }
 
 #[test]
+fn a_policy_with_a_front_end_loads_where_those_are_built() {
+    for bytes in [
+        include_bytes!("../../tests/golden/v2/standardised.tpg").as_slice(),
+        include_bytes!("../../tests/golden/v2/believed-cubic.tpg"),
+    ] {
+        let loaded = Policy::load(bytes);
+        if cfg!(not(feature = "front-end")) {
+            let error = loaded.expect_err("a front end");
+            let groups = matches!(error, VerifyError::NotBuilt(_));
+            assert!(groups || error == VerifyError::FrontEndUnsupported);
+            assert!(error.to_string().contains("feature"), "{error}");
+        } else if cfg!(feature = "all-operations") {
+            assert!(loaded.is_ok());
+        }
+    }
+}
+
+#[test]
 fn the_default_build_has_every_group() {
     let all = Group::ALL.into_iter().all(Group::is_built);
     assert_eq!(all, cfg!(feature = "all-operations"));

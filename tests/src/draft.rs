@@ -23,6 +23,8 @@ pub struct Draft {
     pub cells: Vec<u16>,
     /// Memory image, empty if none is carried.
     pub image: Vec<f32>,
+    /// Section of the front end, as [`front_end`](crate::perception::front_end) makes it; empty without one.
+    pub front_end: Vec<u8>,
 }
 
 /// A team before its layout.
@@ -85,6 +87,7 @@ pub fn header(width: u16, observation_len: u16) -> Header {
         initial_values: InitialValues::Evolved,
         reset_scope: ResetScope::EveryDecision,
         memory_model: MemoryModel::None,
+        front_end: None,
         groups: Group::ALL.iter().map(|g| g.bit()).sum(),
         action_low: -1.0,
         action_high: 1.0,
@@ -225,7 +228,7 @@ impl Draft {
             constants: &constants,
             cells: &cells,
             memory: &memory,
-            front_end: &[],
+            front_end: &self.front_end,
             labels: &labels,
             task: "test-v1",
             observability: "none",

@@ -41,6 +41,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
         initial_values: InitialValues::Evolved,
         reset_scope: ResetScope::PerEpisode,
         memory_model: MemoryModel::Team,
+        front_end: None,
     };
     let mut population = Population::default();
     let last = add_team(&mut population, &shape, 3, None);

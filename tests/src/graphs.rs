@@ -2,13 +2,17 @@
 
 use tpg_board::trial::Generator;
 use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::frontend::Blank;
 use tpg_runtime::isa::{Destination, Group, Op, Operand};
 use tpg_runtime::tables::{Instruction, Section, Target, TeamId};
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
+use crate::perception::front_end;
 
 /// Number of policies that [`all`] makes.
 pub const COUNT: u64 = 24;
+/// Number of policies with front ends that [`all`] adds to them: every kind of belief, discrete and continuous.
+pub const PERCEIVING: u64 = 8;
 /// Teams of each policy, each of which leads to the next.
 const TEAMS: u16 = 5;
 /// Widths in use, which the boards' trial is compiled for.
@@ -19,7 +23,7 @@ const INPUTS: u16 = 7;
 /// The policies, encoded.
 #[must_use]
 pub fn all() -> Vec<Vec<u8>> {
-    (0..COUNT).map(graph).collect()
+    (0..COUNT + PERCEIVING).map(graph).collect()
 }
 
 /// One policy; its number decides modes and width, everything else is drawn.
@@ -42,6 +46,7 @@ fn graph(number: u64) -> Vec<u8> {
         programs: Vec::new(),
         cells: Vec::new(),
         image: Vec::new(),
+        front_end: Vec::new(),
     };
     let stateful = number % 2 == 1;
     if stateful || memory != MemoryModel::None {
@@ -69,6 +74,26 @@ fn graph(number: u64) -> Vec<u8> {
     }
     if memory == MemoryModel::Indexed {
         draft.cells = vec![0, 9, 378, 391, 392, 399, 400, 404, 411, 799];
+    }
+    if number >= COUNT {
+        let (blank, degree) = [
+            (Blank::Believe, 1),
+            (Blank::Believe, 2),
+            (Blank::Believe, 3),
+            (Blank::Zero, 0),
+            (Blank::Believe, 3),
+            (Blank::Believe, 1),
+            (Blank::Hold, 0),
+            (Blank::Believe, 2),
+        ][(number - COUNT) as usize];
+        let columns: &[u16] = match blank {
+            Blank::Believe if degree < 3 => &[0, 1, 2, 3, 4, 5, 6],
+            Blank::Believe => &[1, 3, 6],
+            Blank::Zero | Blank::Hold => &[],
+        };
+        draft.front_end = front_end(&mut draft.header, blank, degree, columns, || {
+            draw.below(2001) as f32 / 4000.0 - 0.25
+        });
     }
     add_teams(&mut draft, memory, &mut draw);
     let registers = match memory {

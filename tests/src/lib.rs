@@ -6,6 +6,7 @@ pub mod fixtures;
 pub mod golden;
 pub mod graphs;
 pub mod ops;
+pub mod perception;
 pub mod process;
 pub mod random;
 pub mod samples;

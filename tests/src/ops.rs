@@ -89,6 +89,7 @@ impl Vector {
             }],
             cells: Vec::new(),
             image: Vec::new(),
+            front_end: Vec::new(),
         })
     }
 

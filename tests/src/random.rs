@@ -1,11 +1,15 @@
 //! Random policies of every kind, wilder than evolution makes them: cycles, shared programs, every operation.
 
 use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::frontend::Blank;
 use tpg_runtime::isa::{Destination, Group, INDEXED_CELLS, Op, Operand};
 use tpg_runtime::rng::mix64;
 use tpg_runtime::tables::{Instruction, Section, Target, Team, TeamId};
 
+use tpg_runtime::Header;
+
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction};
+use crate::perception::front_end;
 
 /// Draws from a seed, the same everywhere.
 #[derive(Debug, Clone)]
@@ -70,8 +74,31 @@ impl Dice {
 /// A random policy.
 #[must_use]
 pub fn policy(seed: u64) -> Draft {
+    finish(seed, |_, _| Vec::new())
+}
+
+/// A random policy with a random front end.
+#[must_use]
+pub fn perceiving_policy(seed: u64) -> Draft {
+    finish(seed, |dice, header| {
+        let mut columns: Vec<u16> = (0..header.observation_len)
+            .filter(|_| dice.below(3) > 0)
+            .collect();
+        let blank = dice.pick(&[Blank::Zero, Blank::Hold, Blank::Believe, Blank::Believe]);
+        if blank != Blank::Believe {
+            columns.clear();
+        } else if columns.is_empty() {
+            columns.push(0);
+        }
+        let degree = columns.first().map_or(0, |_| dice.within(1, 3) as u8);
+        front_end(header, blank, degree, &columns, || dice.number())
+    })
+}
+
+/// A random policy with the front end that a function makes for its header.
+fn finish(seed: u64, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>) -> Draft {
     let mut dice = Dice::new(seed);
-    let mut draft = blank(&mut dice);
+    let mut draft = blank(&mut dice, perceive);
     for number in 0..draft.programs.len() {
         let allowed: Vec<Op> = Op::ALL
             .iter()
@@ -91,7 +118,7 @@ pub fn policy(seed: u64) -> Draft {
 }
 
 /// Graph, registers and header; programs without code.
-fn blank(dice: &mut Dice) -> Draft {
+fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>) -> Draft {
     let (width, inputs) = (dice.within(1, 5) as u16, dice.within(1, 6) as u16);
     let mut header = header(width, inputs);
     header.window += dice.below(4) as u16;
@@ -116,6 +143,7 @@ fn blank(dice: &mut Dice) -> Draft {
         ActionKind::Continuous => dice.within(1, usize::from(width)) as u16,
     };
     header.action_low = -1.5;
+    let front_end = perceive(dice, &mut header);
     let indexed = header.memory_model == MemoryModel::Indexed;
     let teams = dice.within(1, 5);
     let programs = teams + dice.within(1, 6);
@@ -125,6 +153,7 @@ fn blank(dice: &mut Dice) -> Draft {
         programs: Vec::new(),
         cells: Vec::new(),
         image: Vec::new(),
+        front_end,
     };
     for number in 0..programs {
         let registers = [

@@ -154,6 +154,7 @@ fn blank(header: Header) -> Draft {
         programs: Vec::new(),
         cells: Vec::new(),
         image: Vec::new(),
+        front_end: Vec::new(),
     }
 }
 

@@ -9,17 +9,14 @@ use tpg_runtime::blob::{
     ActionKind, DecodeError, InitialValues, MemoryModel, RegisterMode, ResetScope,
 };
 use tpg_runtime::isa::{FINGERPRINT, Group, Op};
-use tpg_runtime::{Blob, Header, Policy, Reset, VerifyError};
+use tpg_runtime::{Blob, Policy, Reset, VerifyError};
 use tpg_tests::draft::TestAgent;
 use tpg_tests::{golden, samples};
 
 /// The samples' names and blobs.
 fn blobs() -> Vec<(&'static str, Vec<u8>)> {
-    let samples = samples::all();
-    samples
-        .iter()
-        .map(|(name, s)| (*name, s.encode()))
-        .collect()
+    let samples = samples::all().into_iter().chain(samples::perceiving());
+    samples.map(|(name, s)| (name, s.encode())).collect()
 }
 
 /// The first word of an error's debug form: its variant.
@@ -46,9 +43,10 @@ fn mend(blob: &mut [u8]) {
 }
 
 #[test]
-fn samples_are_the_golden_files_of_version_1() {
+fn samples_are_the_golden_files_of_their_versions() {
     for (name, blob) in blobs() {
-        golden::assert_bytes(&format!("v1/{name}.tpg"), &blob);
+        let version = blob[4];
+        golden::assert_bytes(&format!("v{version}/{name}.tpg"), &blob);
         let policy = Policy::load(&blob).unwrap_or_else(|error| panic!("{name}: {error}"));
         let mut agent = TestAgent::new(policy).expect("enough room");
         let observation = vec![0.5; usize::from(policy.header().observation_len)];
@@ -115,11 +113,13 @@ fn other_versions_and_instruction_sets_name_both_sides_and_the_way_out() {
         error,
         DecodeError::Version {
             file: 7,
-            supported: 1
+            supported: 2
         }
     );
     let text = error.to_string();
-    assert!(text.contains("version 7") && text.contains("version 1") && text.contains("export"));
+    assert!(
+        text.contains("version 7") && text.contains("versions 1 to 2") && text.contains("export")
+    );
     let mut other = blob;
     other[8] ^= 1;
     mend(&mut other);
@@ -127,28 +127,75 @@ fn other_versions_and_instruction_sets_name_both_sides_and_the_way_out() {
     assert!(text.contains(&format!("{FINGERPRINT:08x}")) && text.contains("export"));
 }
 
+/// A policy whose front end was put into the section and announced in the header, whatever they say.
+fn with_front_end(announced: Option<u16>, section: &[u8]) -> Result<(), VerifyError> {
+    let (_, mut draft) = samples::perceiving().swap_remove(2);
+    draft.header.front_end = announced;
+    draft.front_end = section.to_vec();
+    Policy::load(&draft.encode()).map(|_| ())
+}
+
 #[test]
-fn front_ends_are_recognised_but_not_executed() {
-    let (_, draft) = samples::all().swap_remove(1);
-    let blob = draft.encode();
-    // The front end is the eighth byte string: an empty one is its length alone, before the labels.
-    let labels = "x\tm\n".repeat(6);
-    let tail = labels.len() + 1 + "test-v1".len() + 1 + "none".len() + 1 + 4;
-    let at = blob.len() - tail - 1;
-    assert_eq!((blob[at], usize::from(blob[at + 1])), (0, labels.len()));
-    let with = |section: &[u8]| {
-        let mut longer = blob[..at].to_vec();
-        longer.push(u8::try_from(section.len()).expect("short"));
-        longer.extend_from_slice(section);
-        longer.extend_from_slice(&blob[at + 1..]);
-        let body_bytes = (longer.len() - Header::BYTES - 4) as u32;
-        longer[12..16].copy_from_slice(&body_bytes.to_le_bytes());
-        mend(&mut longer);
-        Policy::load(&longer).expect_err("a front end")
+fn only_a_sound_front_end_that_the_header_announces_is_taken() {
+    let (_, draft) = samples::perceiving().swap_remove(2);
+    let (sound, words) = (draft.front_end, draft.header.front_end);
+    assert_eq!(with_front_end(words, &sound), Ok(()));
+    let malformed = Err(VerifyError::FrontEndMalformed);
+    // Header and section must agree; a header without one is of version 1, which has none.
+    assert_eq!(with_front_end(None, &sound), malformed);
+    assert_eq!(with_front_end(words, &[]), malformed);
+    let other = words.map(|words| words + 1);
+    let error = with_front_end(other, &sound).expect_err("other words");
+    assert!(
+        matches!(
+            error,
+            VerifyError::Header {
+                field: "front-end words",
+                ..
+            } | VerifyError::FrontEndMalformed
+                | VerifyError::Record { .. }
+        ),
+        "{error}"
+    );
+    let changed = |at: usize, value: u8| {
+        let mut section = sound.clone();
+        section[at] = value;
+        with_front_end(words, &section)
     };
-    let standardise = [0u8; 4 + 2 * 5 * 4];
-    assert_eq!(with(&standardise), VerifyError::FrontEndUnsupported);
-    assert_eq!(with(&standardise[1..]), VerifyError::FrontEndMalformed);
+    let (inputs, columns) = (4, 8 + 2 * 4 * 4);
+    for (at, value, what) in [
+        (0, 3, "an unknown kind"),
+        (0, 1, "a model of something that holds"),
+        (1, 0, "no degree"),
+        (1, 2, "fewer coefficients than the degree needs"),
+        (1, 4, "a degree beyond the limit"),
+        (2, 3, "fewer columns than there are"),
+        (4, 0, "words that lie elsewhere"),
+        (6, 1, "a reserved byte"),
+        (8 + 3, 0xff, "a mean that is no number"),
+        (8 + 4 * inputs + 3, 0xff, "a scale that is no number"),
+        (columns + 2, 0, "a column twice"),
+        (columns + 6, 9, "a column that does not exist"),
+        (sound.len() - 1, 0x7f, "a coefficient that is no number"),
+    ] {
+        let mut changed = changed(at, value);
+        if value == 0xff || value == 0x7f {
+            // The exponent's last bit lies in the byte before.
+            let mut section = sound.clone();
+            (section[at - 1], section[at]) = (0x80, value);
+            changed = with_front_end(words, &section);
+        }
+        assert_eq!(changed, malformed, "{what}");
+    }
+    for len in 1..sound.len() {
+        assert_eq!(
+            with_front_end(words, &sound[..len]),
+            malformed,
+            "{len} bytes"
+        );
+    }
+    let longer = [&sound[..], &[0; 4]].concat();
+    assert_eq!(with_front_end(words, &longer), malformed);
 }
 
 /// What became of a blob with changed bytes and a right checksum.

@@ -9,6 +9,7 @@ use std::fs;
 
 use tpg_board::{pack, selftest, trial};
 use tpg_runtime::blob::{ActionKind, MemoryModel, RegisterMode};
+use tpg_runtime::frontend::Blank;
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::Instruction;
 use tpg_runtime::{HostAgent, Policy};
@@ -55,10 +56,14 @@ fn host_lines(memory: &[u8]) -> String {
 fn the_graphs_cover_everything() {
     let mut ops = BTreeSet::new();
     let mut modes = BTreeSet::new();
+    let mut beliefs = BTreeSet::new();
     let mut deep = 0;
     for (number, bytes) in graphs::all().iter().enumerate() {
         let policy = Policy::load(bytes).unwrap_or_else(|error| panic!("graph {number}: {error}"));
         let header = policy.header();
+        if let Some(front_end) = policy.front_end() {
+            beliefs.insert((front_end.blank as u8, front_end.degree));
+        }
         modes.insert((
             header.register_mode as u8,
             header.memory_model as u8,
@@ -72,6 +77,15 @@ fn the_graphs_cover_everything() {
     }
     let all: BTreeSet<u8> = Op::ALL.iter().map(|op| *op as u8).collect();
     assert_eq!(ops, all, "an operation is missing");
+    let (zero, hold, believe) = (Blank::Zero as u8, Blank::Hold as u8, Blank::Believe as u8);
+    let all = [
+        (zero, 0),
+        (hold, 0),
+        (believe, 1),
+        (believe, 2),
+        (believe, 3),
+    ];
+    assert_eq!(beliefs, BTreeSet::from(all), "a front end is missing");
     for register_mode in RegisterMode::ALL {
         for memory in MemoryModel::ALL {
             for action in ActionKind::ALL {

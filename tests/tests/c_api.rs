@@ -52,7 +52,10 @@ fn compile(source: &Path, name: &str) -> PathBuf {
 fn c_decides_as_rust() {
     let program = compile(&c_api().join("examples/decide.c"), "decide");
     let golden = samples::all().into_iter().map(|(_, draft)| draft.encode());
-    let random = (100..110).map(|seed| random::policy(seed).encode());
+    let perceiving = (100..106).map(|seed| random::perceiving_policy(seed).encode());
+    let random = (100..110)
+        .map(|seed| random::policy(seed).encode())
+        .chain(perceiving);
     let folder = tempfile::tempdir().expect("a folder");
     for (number, bytes) in golden.chain(random).enumerate() {
         let path = folder.path().join("policy.tpg");

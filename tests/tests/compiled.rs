@@ -24,6 +24,8 @@ use script::{Followed, follow, write_script};
 
 /// Random policies beside the golden ones.
 const RANDOM: u64 = 32;
+/// Random policies with front ends.
+const PERCEIVING: u64 = 8;
 
 /// The policies with names that C and Rust accept.
 fn policies() -> Vec<(String, Vec<u8>)> {
@@ -43,8 +45,15 @@ fn policies() -> Vec<(String, Vec<u8>)> {
             ));
         }
     }
+    for (name, draft) in samples::perceiving() {
+        policies.push((format!("golden_{}", name.replace('-', "_")), draft.encode()));
+    }
     for seed in 0..RANDOM {
         policies.push((format!("random_{seed}"), random::policy(seed).encode()));
+    }
+    for seed in 0..PERCEIVING {
+        let draft = random::perceiving_policy(seed);
+        policies.push((format!("perceiving_{seed}"), draft.encode()));
     }
     policies
 }

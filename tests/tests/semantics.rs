@@ -27,6 +27,7 @@ fn graph(teams: &[&[u16]], programs: &[(f32, Target)]) -> Draft {
             .collect(),
         cells: Vec::new(),
         image: Vec::new(),
+        front_end: Vec::new(),
     }
 }
 

@@ -6,6 +6,7 @@ pub mod eval;
 pub mod evolve;
 pub mod export;
 pub mod footprint;
+pub mod frontend;
 pub mod lower;
 pub mod session;
 pub mod stats;

@@ -107,6 +107,7 @@ mod tests {
                 ResetScope::EveryDecision
             },
             memory_model: case.memory,
+            front_end: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! A training run: the only place that wires tasks, scoring and evolution.
 
 mod checkpoint;
+mod perception;
 mod provenance;
 mod race;
 mod report;
@@ -19,6 +20,7 @@ use tpg_runtime::rng::mix64;
 use crate::config::{Blueprint, Config, ConfigError};
 use crate::eval::{Domain, Episode, Line, Pool, Split, episode_seed};
 use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
+use crate::frontend::Learner;
 use crate::lower::{LowerError, Mode, lower};
 use crate::task::Rng;
 
@@ -138,6 +140,8 @@ pub struct Session {
     overhead: Overhead,
     lines: Vec<Tuned>,
     race: Race,
+    /// Learns what policies perceive; `None` if they see observations as they are.
+    learner: Option<Learner>,
 }
 
 /// Why a run could not go on.
@@ -168,6 +172,7 @@ impl Session {
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
         let blueprint = Blueprint::new(&config)?;
         Ok(Session {
+            learner: perception::learner(&blueprint),
             provenance: Provenance::new(&config, &blueprint.task_identity, seed),
             config,
             blueprint,
@@ -254,9 +259,11 @@ impl Session {
         let mut newcomers = self.make_generation();
         self.overhead.variation += started.elapsed();
         let mut tally = Tally::default();
+        pool.record(self.learner.is_some());
         newcomers.extend(self.elites());
         newcomers.extend(self.tune(pool, &mut tally));
         self.score(pool, &newcomers, &mut tally);
+        self.learn(pool);
         self.race(pool, &mut tally);
         let scored = Instant::now();
         let mut scores = self.scores();
@@ -266,6 +273,7 @@ impl Session {
         let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
         self.records.retain(|id, _| survives(id));
         self.race.returns.retain(|id, _| survives(id));
+        self.forget();
         self.overhead.selection += scored.elapsed();
         self.generation += 1;
         self.steps += tally.steps;
@@ -367,8 +375,10 @@ impl Session {
         let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
         let make = |k: usize| {
             let root = newcomers[k].root;
-            let blob = self.export(root, self.generation, None, Mode::Compact);
-            blob.ok()
+            // One that is scored again is what it was: its front end is of the generation that made it.
+            let record = self.records.get(&root);
+            let generation = record.map_or(self.generation, |r| r.generation);
+            self.export(root, generation, None, Mode::Compact).ok()
         };
         let results = pool.score(&Line {
             expected: &expected,
@@ -421,9 +431,9 @@ impl Session {
         memory: Option<&[f32]>,
         mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
-        let contract = &self.blueprint.contract;
+        let contract = self.contract(generation);
         let provenance = self.provenance.of(generation);
-        lower(&self.population, root, contract, provenance, memory, mode)
+        lower(&self.population, root, &contract, provenance, memory, mode)
     }
 
     /// The winner of the last race, else the best root in training, ties to the older, with its record.

@@ -57,7 +57,7 @@ const MESSAGES: [&str; 17] = [
     "the policy was made for another instruction set: export it again\0",
     "the policy is damaged, truncated or followed by other bytes\0",
     "the policy is malformed: its tables contradict each other or its header\0",
-    "the policy has a front end, which this version does not execute\0",
+    "the policy needs something that this library was built without\0",
     "the library was built for another vector width (TPG_WIDTH) than the policy's\0",
     "the observation has another length than the policy's: ask tpg_observation_length\0",
     "the action has another length than the policy's outputs: ask tpg_outputs\0",

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::header::HeaderFault;
-use super::{Body, CRC, CRC_BYTES, Header, VERSION};
+use super::{Body, CRC, CRC_BYTES, Header, OLDEST_VERSION, VERSION};
 use crate::isa::FINGERPRINT;
 use crate::tables::Tables;
 
@@ -36,7 +36,7 @@ pub enum DecodeError {
     Version {
         /// Version of the file.
         file: u16,
-        /// Version that this build reads.
+        /// Newest version that this build reads.
         supported: u16,
     },
     /// Made for another instruction table.
@@ -83,7 +83,7 @@ impl fmt::Display for DecodeError {
             Self::NotABlob => write!(f, "not a TPG blob: it does not begin with \"TPGB\""),
             Self::Version { file, supported } => write!(
                 f,
-                "blob has format version {file}, this build reads version {supported}; \
+                "blob has format version {file}, this build reads versions {OLDEST_VERSION} to {supported}; \
                  export it again with this build's `tpg`, or use the build that made it"
             ),
             Self::InstructionSet { file, supported } => write!(

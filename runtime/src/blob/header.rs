@@ -1,6 +1,6 @@
 //! The fixed-size header, readable in constant expressions.
 
-use super::{CRC_BYTES, MAGIC, VERSION};
+use super::{CRC_BYTES, MAGIC, OLDEST_VERSION, VERSION};
 use crate::isa::FINGERPRINT;
 
 macro_rules! coded {
@@ -116,6 +116,10 @@ pub struct Header {
     pub reset_scope: ResetScope,
     /// What memory programs share.
     pub memory_model: MemoryModel,
+    /// State words of its own that the policy's [front end](crate::frontend) has; `None` without a front end.
+    ///
+    /// A header with one is of format version 2, the others of version 1.
+    pub front_end: Option<u16>,
     /// Bits of the [instruction groups](crate::isa::Group) that the code uses.
     pub groups: u16,
     /// Lower limit of continuous actions, in the task's unit.
@@ -186,7 +190,7 @@ impl Header {
             return Err(HeaderFault::Magic);
         }
         let version = u16_at(bytes, 4);
-        if version != VERSION {
+        if version < OLDEST_VERSION || version > VERSION {
             return Err(HeaderFault::Version(version));
         }
         if u16_at(bytes, 6) as usize != Self::BYTES {
@@ -210,7 +214,12 @@ impl Header {
         let Some(memory_model) = MemoryModel::from_code(u8_at(bytes, 38)) else {
             return Err(HeaderFault::Field("memory model"));
         };
-        if u8_at(bytes, 39) != 0 || u16_at(bytes, 54) != 0 {
+        let front_end = match (version, u16_at(bytes, 54)) {
+            (OLDEST_VERSION, 0) => None,
+            (OLDEST_VERSION, _) => return Err(HeaderFault::Field("reserved bytes")),
+            (_, words) => Some(words),
+        };
+        if u8_at(bytes, 39) != 0 {
             return Err(HeaderFault::Field("reserved bytes"));
         }
         Ok(Header {
@@ -228,6 +237,7 @@ impl Header {
             initial_values,
             reset_scope,
             memory_model,
+            front_end,
             groups: u16_at(bytes, 52),
             action_low: f32::from_bits(u32_at(bytes, 40)),
             action_high: f32::from_bits(u32_at(bytes, 44)),
@@ -248,7 +258,11 @@ impl Header {
             at += bytes.len();
         };
         put(&MAGIC);
-        put(&VERSION.to_le_bytes());
+        let (version, front_end_words) = match self.front_end {
+            Some(words) => (VERSION, words),
+            None => (OLDEST_VERSION, 0),
+        };
+        put(&version.to_le_bytes());
         put(&(Self::BYTES as u16).to_le_bytes());
         put(&FINGERPRINT.to_le_bytes());
         put(&self.body_bytes.to_le_bytes());
@@ -276,7 +290,7 @@ impl Header {
         put(&self.action_high.to_le_bytes());
         put(&self.control_period_us.to_le_bytes());
         put(&self.groups.to_le_bytes());
-        put(&[0, 0]);
+        put(&front_end_words.to_le_bytes());
         put(&self.provenance);
         out
     }
@@ -295,9 +309,13 @@ impl Header {
         Self::BYTES as u64 + self.body_bytes as u64 + CRC_BYTES as u64
     }
 
-    /// First state word of the programs' registers: behind observation and outputs.
+    /// First state word of the programs' registers: behind observation, outputs and what the front end has.
     #[must_use]
     pub const fn registers_start(&self) -> usize {
-        self.window as usize + self.outputs()
+        let front_end = match self.front_end {
+            Some(words) => words as usize,
+            None => 0,
+        };
+        self.window as usize + self.outputs() + front_end
     }
 }

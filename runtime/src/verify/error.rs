@@ -78,9 +78,9 @@ pub enum VerifyError {
     },
     /// The labels are not one line with name and unit for each input and output.
     Labels,
-    /// The front-end section does not have its layout.
+    /// The front-end section does not have its layout, or the format version is of policies without one.
     FrontEndMalformed,
-    /// The policy has a front end, which this build does not execute.
+    /// The policy has a front end, which this build of the runtime leaves out.
     FrontEndUnsupported,
 }
 
@@ -142,8 +142,8 @@ impl fmt::Display for VerifyError {
             Self::FrontEndMalformed => write!(f, "front-end section is malformed"),
             Self::FrontEndUnsupported => write!(
                 f,
-                "policy has a front end (standardisation or belief), which this build does not \
-                 execute; use the build that made it"
+                "the policy has a front end (standardisation or belief), which this runtime was built \
+                 without: build tpg-runtime with its feature `front-end`"
             ),
         }
     }

@@ -39,6 +39,9 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
     {
         return Err(VerifyError::NotBuilt(*group));
     }
+    if header.front_end.is_some() && !cfg!(feature = "front-end") {
+        return Err(VerifyError::FrontEndUnsupported);
+    }
     require(
         "programs",
         count(tables.programs),

@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use tpg_runtime::frontend::Blank;
 use tpg_runtime::{Capacities, Policy};
 
 use super::{Failure, Fault as _, Status, print_json};
@@ -52,9 +53,47 @@ struct Summary {
     reset_scope: &'static str,
     memory: &'static str,
     control_period_us: u32,
+    /// What happens to observations before the programs see them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    front_end: Option<FrontEndSummary>,
     /// Of a run's champion: the graph before lowering dropped what cannot matter.
     #[serde(skip_serializing_if = "Option::is_none")]
     as_evolved: Option<AsEvolved>,
+}
+
+/// What a front end does and takes; its part of the policy's figures.
+#[derive(Debug, Serialize)]
+struct FrontEndSummary {
+    blank: &'static str,
+    degree: u8,
+    believed: Vec<String>,
+    instructions_visible: u32,
+    instructions_blank: u32,
+    state_bytes: usize,
+    blob_bytes: usize,
+}
+
+fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
+    let front_end = policy.front_end()?;
+    let (header, inputs) = (policy.header(), policy.inputs());
+    let believed = |column: &u16| front_end.columns.contains(&column.to_le_bytes());
+    Some(FrontEndSummary {
+        blank: match front_end.blank {
+            Blank::Zero => "zero",
+            Blank::Hold => "hold",
+            Blank::Believe => "believe",
+        },
+        degree: front_end.degree,
+        believed: (0u16..)
+            .zip(inputs)
+            .filter(|(column, _)| believed(column))
+            .map(|(_, (name, _))| name.to_owned())
+            .collect(),
+        instructions_visible: front_end.visible_instructions(),
+        instructions_blank: front_end.blank_instructions(header),
+        state_bytes: 4 * front_end.words(header),
+        blob_bytes: policy.tables().front_end.len(),
+    })
 }
 
 /// Sizes of a graph as it evolved.
@@ -132,6 +171,7 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         reset_scope: header.reset_scope.name(),
         memory: header.memory_model.name(),
         control_period_us: header.control_period_us,
+        front_end: front_end(policy),
         as_evolved: None,
     }
 }
@@ -162,6 +202,21 @@ impl fmt::Display for Summary {
             self.register_mode, self.reset_scope, self.vector_width, self.memory
         )?;
         writeln!(f, "control period  {} us", self.control_period_us)?;
+        if let Some(front_end) = &self.front_end {
+            let model = match front_end.degree {
+                0 => String::new(),
+                degree => format!(" by degree {degree} of {}", front_end.believed.join(", ")),
+            };
+            writeln!(
+                f,
+                "front end       standardises, blank: {}{model}; {} or {} instructions, {} bytes of state, {} of blob",
+                front_end.blank,
+                front_end.instructions_visible,
+                front_end.instructions_blank,
+                front_end.state_bytes,
+                front_end.blob_bytes
+            )?;
+        }
         write!(
             f,
             "bytes           {} of state (RAM), {} of blob (flash)",

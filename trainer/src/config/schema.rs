@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::eval::Shaping;
 use crate::evolve::EvolutionParams;
+use crate::frontend::FrontEndParams;
 use crate::tune::TuningParams;
 
 /// A complete configuration; `presets/defaults.toml` explains every key.
@@ -26,6 +27,9 @@ pub struct Config {
     /// How the champion is chosen.
     #[serde(default, skip_serializing_if = "SelectionParams::is_default")]
     pub selection: SelectionParams,
+    /// What policies learn to perceive.
+    #[serde(default, skip_serializing_if = "FrontEndParams::is_default")]
+    pub front_end: FrontEndParams,
 }
 
 /// What policies are made of.

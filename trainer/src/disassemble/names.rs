@@ -89,7 +89,7 @@ fn element(kind: char, offset: usize, len: usize) -> String {
     format!("{kind}{}[{}]", offset / len, offset % len)
 }
 
-/// Names of the inputs that some instruction reads, in the order of the observation.
+/// Names of the inputs that some instruction or the front end's model reads, in the order of the observation.
 #[must_use]
 pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Vec<String> {
     let header = policy.header();
@@ -113,6 +113,10 @@ pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Ve
                 used.extend((at..at + len).map(|k| k % inputs));
             }
         }
+    }
+    if let Some(front_end) = policy.front_end() {
+        let columns = front_end.columns.iter();
+        used.extend(columns.map(|c| usize::from(u16::from_le_bytes(*c))));
     }
     policy
         .inputs()

@@ -3,6 +3,7 @@
 mod decide;
 mod header;
 mod memory;
+mod perception;
 mod program;
 
 use std::collections::BTreeSet;
@@ -17,6 +18,7 @@ use super::text::preamble;
 use decide::write_decide;
 use header::write_header;
 use memory::{write_memories, write_memory_access, write_resets};
+use perception::write_perceive;
 use program::{arity, external, write_function, write_helper};
 
 /// The two files of a C module.
@@ -136,6 +138,7 @@ fn write_source(out: &mut String, plan: &Plan<'_>, name: &str, command: &str) ->
         write_function(out, plan, name, function)?;
     }
     write_resets(out, plan, name)?;
+    write_perceive(out, plan, name)?;
     write_decide(out, plan, name)?;
     if plan.memory_words() > 0 {
         write_memory_access(out, plan, name)?;

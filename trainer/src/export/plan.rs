@@ -230,6 +230,18 @@ impl<'p> Plan<'p> {
         usize::from(at) - start
     }
 
+    /// The columns that a front end's model describes.
+    pub(super) fn believed(&self) -> Vec<u16> {
+        let front_end = self.policy.front_end();
+        let columns = front_end.map_or(&[][..], |front_end| front_end.columns);
+        columns.iter().map(|c| u16::from_le_bytes(*c)).collect()
+    }
+
+    /// Numbers of a table.
+    pub(super) fn floats(&self, words: &[[u8; 4]]) -> Vec<f32> {
+        words.iter().map(|w| f32::from_le_bytes(*w)).collect()
+    }
+
     /// Initial values of `len` words of which the constants begin at `start`.
     pub(super) fn initial(&self, start: u32, len: usize) -> Vec<f32> {
         let constants = self.policy.tables().constants;

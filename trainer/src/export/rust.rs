@@ -1,6 +1,7 @@
 //! A policy as a Rust module.
 
 mod decide;
+mod perception;
 mod program;
 mod state;
 
@@ -12,6 +13,7 @@ use tpg_runtime::isa::Op;
 
 use super::plan::Plan;
 use super::text::preamble;
+use perception::write_perception;
 use program::{write_function, write_helper};
 use state::{write_policy, write_state};
 
@@ -74,6 +76,7 @@ fn write_module(out: &mut String, plan: &Plan<'_>, command: &str) -> fmt::Result
     out.push_str("type Vector = [f32; W];\ntype Matrix = [Vector; W];\n");
     writeln!(out, "type Window = [f32; {}];", plan.window)?;
     out.push_str(DECISION);
+    write_perception(out, plan)?;
     write_state(out, plan)?;
     write_policy(out, plan)?;
     for function in plan.functions() {

@@ -1,6 +1,7 @@
 //! Layout and encoding of what is kept.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use tpg_runtime::Header;
 use tpg_runtime::blob::{
@@ -14,6 +15,7 @@ use super::liveness::{Graph, Kept, Registers, compact, register_read, register_w
 use crate::evolve::{
     Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
 };
+use crate::frontend::Perception;
 use crate::task::ActionSpace;
 
 /// What a blob says apart from the graph: the policy's contract with its plant.
@@ -37,6 +39,8 @@ pub struct Contract {
     pub reset_scope: ResetScope,
     /// What memory programs share.
     pub memory_model: MemoryModel,
+    /// What happens to observations before programs see them.
+    pub front_end: Option<Arc<Perception>>,
 }
 
 /// A graph that the format cannot hold.
@@ -213,6 +217,7 @@ struct Emitter<'a> {
     contract: &'a Contract,
     kept: &'a Kept,
     header: Header,
+    front_end: Vec<u8>,
     teams: Vec<[u8; tables::Team::BYTES]>,
     members: Vec<[u8; 2]>,
     programs: Vec<[u8; tables::Program::BYTES]>,
@@ -229,11 +234,16 @@ impl<'a> Emitter<'a> {
         kept: &'a Kept,
         registers: &[Registers],
     ) -> Result<Self, LowerError> {
-        let header = header(contract, graph, kept)?;
+        let mut header = header(contract, graph, kept)?;
+        let front_end = match &contract.front_end {
+            Some(perception) => perception.section(&mut header),
+            None => Vec::new(),
+        };
         let mut emitter = Emitter {
             contract,
             kept,
             header,
+            front_end,
             teams: Vec::new(),
             members: Vec::new(),
             programs: Vec::new(),
@@ -393,7 +403,7 @@ impl<'a> Emitter<'a> {
             constants: &self.constants,
             cells: &cells,
             memory: &image,
-            front_end: &[],
+            front_end: &self.front_end,
             labels: &self.contract.labels,
             task: &self.contract.task,
             observability: &self.contract.observability,
@@ -491,6 +501,7 @@ fn header(contract: &Contract, graph: &Graph<'_>, kept: &Kept) -> Result<Header,
         initial_values: contract.initial_values,
         reset_scope: contract.reset_scope,
         memory_model: contract.memory_model,
+        front_end: None,
         groups: 0,
         action_low,
         action_high,

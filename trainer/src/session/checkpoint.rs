@@ -11,9 +11,10 @@ use sha2::{Digest as _, Sha256};
 use super::{Race, Record, Session, Tuned};
 use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, Team, TeamId};
+use crate::frontend::Learner;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const DIGEST_BYTES: usize = 32;
 
 /// Why a checkpoint could not be written or read.
@@ -75,6 +76,7 @@ struct Stored {
     constants: Vec<Arc<[f32]>>,
     lines: Vec<Tuned>,
     race: Race,
+    learner: Option<Learner>,
 }
 
 /// Blocks of constants, each once however many genomes share it.
@@ -107,6 +109,7 @@ pub struct Snapshot {
     memory: Option<Arc<[f32]>>,
     lines: Vec<Tuned>,
     race: Race,
+    learner: Option<Learner>,
 }
 
 impl Snapshot {
@@ -125,6 +128,7 @@ impl Snapshot {
             memory: session.memory.clone(),
             lines: session.lines.clone(),
             race: session.race.clone(),
+            learner: session.learner.clone(),
         }
     }
 
@@ -192,6 +196,7 @@ impl Snapshot {
             constants: blocks.blocks,
             lines: self.lines,
             race: self.race,
+            learner: self.learner,
         };
         postcard::to_stdvec(&stored).map_err(|e| e.to_string())
     }
@@ -285,6 +290,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
         memory: stored.memory,
         lines: stored.lines,
         race: stored.race,
+        learner: stored.learner,
         ..session.map_err(|e| e.to_string())?
     })
 }

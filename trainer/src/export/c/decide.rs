@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
+use tpg_runtime::math::centred;
 use tpg_runtime::tables::{Target, TeamId};
 
 use super::super::plan::{Member, Plan, TeamPlan};
@@ -22,11 +23,20 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
     } else {
         format!(" % {}", plan.inputs)
     };
-    writeln!(
-        out,
-        "    for (int k = 0; k < {}; k++) x[k] = or_zero(observation[k{wrap}]);",
-        plan.window
-    )?;
+    let perceives = plan.policy.front_end().is_some();
+    if perceives {
+        writeln!(
+            out,
+            "    uint32_t instructions = perceive(self, observation);\n    for (int k = 0; k < {}; k++) x[k] = self->perceived[k{wrap}];",
+            plan.window
+        )?;
+    } else {
+        writeln!(
+            out,
+            "    uint32_t instructions = 0;\n    for (int k = 0; k < {}; k++) x[k] = or_zero(observation[k{wrap}]);",
+            plan.window
+        )?;
+    }
     for team in &plan.marked {
         writeln!(out, "    bool visited_{team} = false;")?;
     }
@@ -42,10 +52,7 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
     if plan.outputs > 0 {
         writeln!(out, "    float output[{}] = {{ 0.0f }};", plan.outputs)?;
     }
-    writeln!(
-        out,
-        "    uint16_t team = 0, winner = 0, teams = 0;\n    uint32_t instructions = 0;"
-    )?;
+    writeln!(out, "    uint16_t team = 0, winner = 0, teams = 0;")?;
     writeln!(
         out,
         "    while (teams < {}) {{\n        bool any = false;\n        float best = 0.0f;",
@@ -68,11 +75,19 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
             number_text(header.action_low),
             number_text(header.action_high),
         );
-        return writeln!(
+        writeln!(
             out,
-            "    for (int k = 0; k < {}; k++) action[k] = clamp(output[k], {low}, {high});\n}}",
+            "    for (int k = 0; k < {}; k++) action[k] = clamp(output[k], {low}, {high});",
             plan.outputs
-        );
+        )?;
+        if perceives {
+            writeln!(
+                out,
+                "    for (int k = 0; k < {}; k++) self->decided[k] = action[k];",
+                plan.outputs
+            )?;
+        }
+        return writeln!(out, "}}");
     }
     let actions =
         plan.functions()
@@ -81,11 +96,19 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
                 Target::Atomic(action) if action != 0 => Some((f.program, action)),
                 _ => None,
             });
+    let decide = |action: u16| {
+        let decided = number_text(centred(action, header.actions));
+        let remember = format!("self->decided[0] = {decided}; ");
+        format!(
+            "{}return {action};",
+            if perceives { remember } else { String::new() }
+        )
+    };
     writeln!(out, "    switch (winner) {{")?;
     for (program, action) in actions.collect::<BTreeSet<_>>() {
-        writeln!(out, "    case {program}: return {action};")?;
+        writeln!(out, "    case {program}: {}", decide(action))?;
     }
-    writeln!(out, "    default: return 0;\n    }}\n}}")
+    writeln!(out, "    default: {}\n    }}\n}}", decide(0))
 }
 
 fn write_team(out: &mut String, plan: &Plan<'_>, number: u16, team: &TeamPlan) -> fmt::Result {

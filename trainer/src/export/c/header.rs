@@ -6,6 +6,7 @@ use tpg_runtime::tables::Section;
 
 use super::super::plan::Plan;
 use super::super::text::letter;
+use super::perception::write_fields;
 use super::{sections, signature, write_comment};
 
 pub(super) fn write_header(
@@ -104,6 +105,7 @@ pub(super) fn write_header(
     for program in plan.stateful_programs() {
         writeln!(out, "    {name}_registers_{program} program_{program};")?;
     }
+    write_fields(out, plan)?;
     writeln!(
         out,
         "    uint32_t instructions; /* Executed in the last decision. */"

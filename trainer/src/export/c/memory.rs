@@ -8,6 +8,7 @@ use tpg_runtime::tables::Section;
 
 use super::super::plan::Plan;
 use super::super::text::letter;
+use super::perception::write_reset;
 use super::program::{list, number_text};
 use super::sections;
 
@@ -143,6 +144,7 @@ pub(super) fn write_resets(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         out,
         "}}\n\nvoid {name}_init({name} *self)\n{{\n    self->instructions = 0;\n    self->winner = 0;\n    self->teams = 0;"
     )?;
+    write_reset(out, plan)?;
     writeln!(
         out,
         "    reset_memory(self);\n    reset_registers(self, 0);\n}}\n"
@@ -151,6 +153,7 @@ pub(super) fn write_resets(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         out,
         "void {name}_reset({name} *self, {name}_reset_kind what, uint64_t agent_seed)\n{{"
     )?;
+    write_reset(out, plan)?;
     let condition = if episodes {
         "(void)what;".to_owned()
     } else {

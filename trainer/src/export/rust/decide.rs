@@ -20,6 +20,11 @@ const CYCLIC_WINDOW: &str = "        let (first, rest) = x.split_at_mut(INPUTS);
         }
 ";
 
+/// Lets the front end stand between observation and window.
+const PERCEIVE: &str = "        let perceived = self.perception.perceive(observation);
+        let observation = &self.perception.x;
+";
+
 pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     let header = plan.policy.header();
     writeln!(
@@ -30,6 +35,10 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         out,
         "    pub fn decide(&mut self, observation: &[f32; INPUTS]) -> Decision {{"
     )?;
+    let perceives = plan.policy.front_end().is_some();
+    if perceives {
+        out.push_str(PERCEIVE);
+    }
     writeln!(out, "        let mut x = [0.0; {}];", plan.window)?;
     if plan.window == plan.inputs {
         writeln!(
@@ -59,7 +68,8 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     }
     writeln!(
         out,
-        "        let (mut team, mut winner, mut instructions, mut teams) = (0u16, 0u16, 0u32, 0u16);"
+        "        let (mut team, mut winner, mut instructions, mut teams) = (0u16, 0u16, {}, 0u16);",
+        if perceives { "perceived" } else { "0u32" }
     )?;
     writeln!(
         out,
@@ -95,6 +105,15 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         format!("match winner {{ {} }}", arms.join(", "))
     };
     writeln!(out, "        let action = {action};")?;
+    if perceives && plan.outputs > 0 {
+        writeln!(out, "        self.perception.action = action;")?;
+    } else if perceives {
+        writeln!(
+            out,
+            "        self.perception.action = [math::centred(action, {})];",
+            header.actions
+        )?;
+    }
     writeln!(
         out,
         "        Decision {{ action, winner, instructions, teams }}\n    }}"

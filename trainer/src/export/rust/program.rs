@@ -111,7 +111,7 @@ pub(super) fn number(x: f32) -> String {
     format!("{x:?}")
 }
 
-fn list(values: &[f32]) -> String {
+pub(super) fn list(values: &[f32]) -> String {
     if values.len() > 1 && values.iter().all(|x| x.to_bits() == values[0].to_bits()) {
         return format!("[{}; {}]", number(values[0]), values.len());
     }

@@ -178,6 +178,9 @@ pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     if plan.is_indexed() {
         writeln!(out, "    indexed: Indexed,")?;
     }
+    if plan.policy.front_end().is_some() {
+        writeln!(out, "    perception: Perception,")?;
+    }
     writeln!(
         out,
         "}}\n\nimpl Policy {{\n    /// As loaded: everything reset, with seed 0."
@@ -200,6 +203,9 @@ pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
             out,
             "            indexed: Indexed {{ stream: IndexedStream::new(0), cells: CELL_VALUES }},"
         )?;
+    }
+    if plan.policy.front_end().is_some() {
+        writeln!(out, "            perception: Perception::START,")?;
     }
     writeln!(out, "        }}\n    }}")?;
     write_reset(out, plan, &programs, &teams)?;
@@ -232,6 +238,9 @@ fn write_reset(
         out,
         "    pub fn reset(&mut self, what: Reset, agent_seed: u64) {{"
     )?;
+    if plan.policy.front_end().is_some() {
+        writeln!(out, "        self.perception = Perception::START;")?;
+    }
     if !episodes {
         writeln!(
             out,

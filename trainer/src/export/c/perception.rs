@@ -1,0 +1,134 @@
+//! Front ends in C.
+
+use std::fmt::{self, Write as _};
+
+use tpg_runtime::frontend::{Blank, FrontEnd, action_variables};
+use tpg_runtime::math::LIMIT;
+
+use super::super::plan::Plan;
+use super::program::{list, number_text};
+
+/// Fields of the policy's structure.
+pub(super) fn write_fields(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    if plan.policy.front_end().is_none() {
+        return Ok(());
+    }
+    let actions = action_variables(plan.policy.header());
+    writeln!(
+        out,
+        "    float perceived[{}];\n    float decided[{actions}];",
+        plan.inputs
+    )
+}
+
+/// Statements that empty those fields.
+pub(super) fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    if plan.policy.front_end().is_none() {
+        return Ok(());
+    }
+    let actions = action_variables(plan.policy.header());
+    writeln!(
+        out,
+        "    for (int k = 0; k < {}; k++) self->perceived[k] = 0.0f;\n    for (int k = 0; k < {actions}; k++) self->decided[k] = 0.0f;",
+        plan.inputs
+    )
+}
+
+/// The function that perceives an observation and returns the instructions that it counts as.
+pub(super) fn write_perceive(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt::Result {
+    let Some(front_end) = plan.policy.front_end() else {
+        return Ok(());
+    };
+    let (header, n) = (plan.policy.header(), plan.inputs);
+    let limit = number_text(LIMIT);
+    writeln!(
+        out,
+        "\nstatic inline float perceptible(float x) {{ return clamp(or_zero(x), -{limit}, {limit}); }}"
+    )?;
+    writeln!(
+        out,
+        "\nstatic uint32_t perceive({name} *self, const float *observation)\n{{"
+    )?;
+    writeln!(
+        out,
+        "    static const float means[{n}] = {};\n    static const float scales[{n}] = {};",
+        list(&plan.floats(front_end.means)),
+        list(&plan.floats(front_end.scales))
+    )?;
+    writeln!(
+        out,
+        "    bool blank = true;\n    for (int k = 0; k < {n}; k++) blank = blank && or_zero(observation[k]) == 0.0f;"
+    )?;
+    writeln!(
+        out,
+        "    if (!blank) {{\n        for (int k = 0; k < {n}; k++)\n            self->perceived[k] = perceptible((or_zero(observation[k]) - means[k]) * scales[k]);\n        return {};\n    }}",
+        front_end.visible_instructions()
+    )?;
+    match front_end.blank {
+        Blank::Hold => {}
+        Blank::Zero => writeln!(
+            out,
+            "    for (int k = 0; k < {n}; k++) self->perceived[k] = 0.0f;"
+        )?,
+        Blank::Believe => write_belief(out, plan, &front_end)?,
+    }
+    writeln!(
+        out,
+        "    return {};\n}}",
+        front_end.blank_instructions(header)
+    )
+}
+
+fn write_belief(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    let (columns, actions) = (plan.believed(), action_variables(plan.policy.header()));
+    let (c, v) = (columns.len(), columns.len() + actions);
+    let numbers: Vec<String> = columns.iter().map(u16::to_string).collect();
+    let coefficients = plan.floats(front_end.coefficients);
+    writeln!(
+        out,
+        "    static const uint16_t believed[{c}] = {{ {} }};\n    static const float coefficients[{}] = {};",
+        numbers.join(", "),
+        coefficients.len(),
+        list(&coefficients)
+    )?;
+    writeln!(
+        out,
+        "    float v[{v}], sums[{c}];\n    const float *row = coefficients;"
+    )?;
+    writeln!(
+        out,
+        "    for (int k = 0; k < {c}; k++) v[k] = self->perceived[believed[k]];\n    for (int k = 0; k < {actions}; k++) v[{c} + k] = self->decided[k];"
+    )?;
+    writeln!(
+        out,
+        "    for (int q = 0; q < {c}; q++) sums[q] = 0.0f + 1.0f * row[q];"
+    )?;
+    let add = |monomial: &str| {
+        format!("row += {c}; for (int q = 0; q < {c}; q++) sums[q] += {monomial} * row[q];")
+    };
+    writeln!(
+        out,
+        "    for (int i = 0; i < {v}; i++) {{\n        {}",
+        add("v[i]")
+    )?;
+    if front_end.degree > 1 {
+        writeln!(
+            out,
+            "        for (int j = i; j < {v}; j++) {{\n            const float product = v[i] * v[j];\n            {}",
+            add("product")
+        )?;
+        if front_end.degree > 2 {
+            writeln!(
+                out,
+                "            for (int k = j; k < {v}; k++) {{\n                const float cube = product * v[k];\n                {}\n            }}",
+                add("cube")
+            )?;
+        }
+        writeln!(out, "        }}")?;
+    }
+    writeln!(out, "    }}")?;
+    writeln!(
+        out,
+        "    for (int q = 0; q < {c}; q++) {{\n        float *x = &self->perceived[believed[q]];\n        *x = perceptible(*x + sums[q]);\n    }}"
+    )
+}

@@ -1,0 +1,110 @@
+//! Front ends in Rust.
+
+use std::fmt::{self, Write as _};
+
+use tpg_runtime::frontend::{Blank, FrontEnd, action_variables};
+
+use super::super::plan::Plan;
+use super::program::list;
+
+/// The tables of a front end, and what it perceived last.
+pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    let Some(front_end) = plan.policy.front_end() else {
+        return Ok(());
+    };
+    let header = plan.policy.header();
+    let columns: Vec<String> = plan.believed().iter().map(u16::to_string).collect();
+    let actions = action_variables(header);
+    writeln!(
+        out,
+        "\nconst MEANS: [f32; INPUTS] = {};\nconst SCALES: [f32; INPUTS] = {};",
+        list(&plan.floats(front_end.means)),
+        list(&plan.floats(front_end.scales))
+    )?;
+    if front_end.blank == Blank::Believe {
+        let coefficients: Vec<String> = (front_end.coefficients.iter())
+            .map(|bytes| format!("{bytes:?}"))
+            .collect();
+        writeln!(
+            out,
+            "const BELIEVED: [usize; {}] = [{}];",
+            columns.len(),
+            columns.join(", ")
+        )?;
+        writeln!(
+            out,
+            "static COEFFICIENTS: [[u8; 4]; {}] = [{}];",
+            coefficients.len(),
+            coefficients.join(", ")
+        )?;
+    }
+    writeln!(
+        out,
+        "\n#[derive(Debug, Clone)]\nstruct Perception {{\n    x: [f32; INPUTS],\n    action: [f32; {actions}],\n}}"
+    )?;
+    writeln!(
+        out,
+        "\nimpl Perception {{\n    const START: Self = Perception {{ x: [0.0; INPUTS], action: [0.0; {actions}] }};"
+    )?;
+    writeln!(
+        out,
+        "\n    /// Perceives an observation and returns the instructions that it counts as."
+    )?;
+    writeln!(
+        out,
+        "    fn perceive(&mut self, observation: &[f32; INPUTS]) -> u32 {{"
+    )?;
+    writeln!(
+        out,
+        "        if !math::is_blank(observation) {{\n            let scaling = MEANS.iter().zip(&SCALES);"
+    )?;
+    writeln!(
+        out,
+        "            for ((x, o), (mean, scale)) in self.x.iter_mut().zip(observation).zip(scaling) {{"
+    )?;
+    writeln!(
+        out,
+        "                *x = math::standardise(*o, *mean, *scale);\n            }}\n            return {};\n        }}",
+        front_end.visible_instructions()
+    )?;
+    write_blank(out, plan, &front_end)?;
+    writeln!(
+        out,
+        "        {}\n    }}\n}}",
+        front_end.blank_instructions(header)
+    )
+}
+
+fn write_blank(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    match front_end.blank {
+        Blank::Hold => Ok(()),
+        Blank::Zero => writeln!(out, "        self.x = [0.0; INPUTS];"),
+        Blank::Believe => {
+            let variables = front_end.columns.len() + action_variables(plan.policy.header());
+            writeln!(out, "        let mut variables = [0.0; {variables}];")?;
+            out.push_str(BELIEVE);
+            writeln!(
+                out,
+                "        math::changes(&mut sums, &variables, {}, &COEFFICIENTS);",
+                front_end.degree
+            )?;
+            out.push_str(ADD);
+            Ok(())
+        }
+    }
+}
+
+const BELIEVE: &str =
+    "        let believed = BELIEVED.iter().map(|k| self.x.get(*k).copied().unwrap_or(0.0));
+        for (variable, x) in variables.iter_mut().zip(believed.chain(self.action)) {
+            *variable = x;
+        }
+        let mut sums = [0.0; BELIEVED.len()];
+";
+
+const ADD: &str = "        for (k, change) in BELIEVED.iter().zip(sums) {
+            if let Some(x) = self.x.get_mut(*k) {
+                *x = math::believe(*x, change);
+            }
+        }
+";
