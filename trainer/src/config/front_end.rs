@@ -9,7 +9,7 @@ use crate::frontend::{Belief, Columns, FrontEndParams};
 use crate::task::Channel;
 
 /// Most monomials of a model: a fit takes time with their square and room in each policy.
-const MOST_MONOMIALS: u64 = 2_000;
+const MOST_MONOMIALS: u64 = 700;
 
 /// Checks the settings and returns the numbers of the believed columns; `None` if the data are to choose them.
 pub(super) fn check(
@@ -90,6 +90,7 @@ mod tests {
         let channel = |name: &str| Channel {
             name: name.into(),
             unit: "m".into(),
+            velocity: false,
         };
         let inputs = [channel("z"), channel("angle"), channel("speed")];
         let with = |columns: Columns| {

@@ -1,20 +1,21 @@
 //! Which columns a model should describe, from the data.
 //!
-//! Starting from all, the column goes that the others miss least, as long as they miss it by less than [`MISSED`] of their
-//! held-out error and it is of no use itself: a quadratic function of the others, or one that the model predicts no better than
-//! by holding it. All by models of degree 2.
+//! Starting from all, the column goes that the others miss least, as long as none of them is predicted worse by more than
+//! [`MISSED`] of what it changes by, and the column is of no use itself: a function of the others, or one that the model predicts
+//! no better than its mean or its last value do. Errors are those of held-out pairs under models of the degree in use, at least 2.
 
 use super::fit::{Normal, Pairs};
 
-/// Share by which the others' error may grow.
+/// Share of a column's squared change that a poorer model may leave unexplained beyond what the richer one does.
 const MISSED: f64 = 0.02;
 /// Share of a column's variance that may remain unexplained where it counts as a function of the others.
 const FUNCTION: f64 = 0.02;
-/// Share of the error of holding a column below which predicting it is of use.
+/// Share of the error of holding a column, or of taking its mean, below which predicting it is of use.
 const USEFUL: f64 = 0.9;
 /// One pair in so many is held out.
 const HELD_OUT: usize = 5;
-const DEGREE: u8 = 2;
+/// Least degree: a cosine is a function of the sine by its square.
+const LEAST_DEGREE: u8 = 2;
 
 /// Sums for fitting, and the same over what is held out.
 struct Split {
@@ -23,11 +24,11 @@ struct Split {
 }
 
 impl Split {
-    fn new(pairs: &Pairs<'_>, columns: &[u16], statics: bool) -> Self {
+    fn new(pairs: &Pairs<'_>, columns: &[u16], degree: u8, statics: bool) -> Self {
         let held = |number: usize| number % HELD_OUT == 0;
         Split {
-            fit: pairs.sums(columns, DEGREE, statics, |k| !held(k)),
-            test: pairs.sums(columns, DEGREE, statics, held),
+            fit: pairs.sums(columns, degree, statics, |k| !held(k)),
+            test: pairs.sums(columns, degree, statics, held),
         }
     }
 
@@ -47,10 +48,11 @@ impl Split {
 }
 
 /// The columns to describe, ascending; at least one.
-pub(super) fn columns(pairs: &Pairs<'_>, ridge: f64) -> Vec<u16> {
+pub(super) fn columns(pairs: &Pairs<'_>, degree: u8, ridge: f64) -> Vec<u16> {
+    let degree = degree.max(LEAST_DEGREE);
     let all: Vec<u16> = (0..pairs.inputs as u16).collect();
-    let steps = Split::new(pairs, &all, false);
-    let statics = Split::new(pairs, &all, true);
+    let steps = Split::new(pairs, &all, degree, false);
+    let statics = Split::new(pairs, &all, degree, true);
     let mut kept: Vec<usize> = (0..all.len()).collect();
     while kept.len() > 1 {
         let Some(column) = dispensable(&steps, &statics, &kept, all.len(), ridge) else {
@@ -76,16 +78,21 @@ fn dispensable(
         let without = |v: usize| others.contains(&v);
         let static_error = statics.errors(without, &[*column], ridge)?;
         let is_function = static_error[0] <= FUNCTION * statics.test.squares[*column];
-        let is_useful = now[place] < USEFUL * steps.test.squares[*column];
+        let known = steps.test.squares[*column].min(statics.test.squares[*column]);
+        let is_useful = now[place] < USEFUL * known;
         if is_useful && !is_function {
             continue;
         }
         let then = steps.errors(|v| v >= inputs || without(v), &others, ridge)?;
         let before = now.iter().enumerate().filter(|(k, _)| *k != place);
-        // Each column counts by the share of its own error, whatever its unit.
         let missed = before
             .zip(&then)
-            .map(|((_, before), then)| then / before.max(f64::MIN_POSITIVE) - 1.0)
+            .zip(&others)
+            .map(|(((_, before), then), other)| {
+                // By what holding it would miss, so that columns count alike whatever their unit.
+                let change = steps.test.squares[*other].max(f64::MIN_POSITIVE);
+                (then - before) / change
+            })
             .fold(0.0, f64::max);
         if missed <= MISSED && best.is_none_or(|(least, _)| missed < least) {
             best = Some((missed, *column));
@@ -128,6 +135,6 @@ mod tests {
             scales: &[2.0, 2.0, 8.0, 2.0, 2.0],
             weighting: 0.0,
         };
-        assert_eq!(columns(&pairs, 1e-6), [0, 1, 3]);
+        assert_eq!(columns(&pairs, 3, 1e-6), [0, 1, 3]);
     }
 }

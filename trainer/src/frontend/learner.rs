@@ -144,7 +144,9 @@ impl Learner {
         };
         let columns = match &self.columns {
             Some(columns) => columns.clone(),
-            None if enough(inputs, params.degree.max(2)) => choose::columns(&pairs, params.ridge),
+            None if enough(inputs, params.degree.max(2)) => {
+                choose::columns(&pairs, params.degree, params.ridge)
+            }
             None => return None,
         };
         if !enough(columns.len(), params.degree) {
