@@ -42,6 +42,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
         reset_scope: ResetScope::PerEpisode,
         memory_model: MemoryModel::Team,
         write_distribution: WriteDistribution::Thesis,
+        front_end: None,
     };
     let mut population = Population::default();
     let last = add_team(&mut population, &shape, 3, None);

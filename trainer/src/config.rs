@@ -2,6 +2,7 @@
 
 mod beyond;
 mod blueprint;
+mod front_end;
 mod layers;
 mod preset;
 mod schema;

@@ -7,6 +7,7 @@ pub mod evolve;
 pub mod experiment;
 pub mod export;
 pub mod footprint;
+pub mod frontend;
 pub mod lower;
 pub mod session;
 pub mod stats;

@@ -114,6 +114,7 @@ mod tests {
             },
             memory_model: case.memory,
             write_distribution: WriteDistribution::Thesis,
+            front_end: None,
         }
     }
 

@@ -1,9 +1,11 @@
 //! A training run: the only place that wires tasks, scoring and evolution.
 
 mod checkpoint;
+mod perception;
 mod provenance;
 mod race;
 mod report;
+mod scoring;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -15,17 +17,18 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Policy;
-use tpg_runtime::blob::ResetScope;
 use tpg_runtime::rng::mix64;
 
 use crate::config::{Blueprint, Config, ConfigError};
-use crate::eval::{Domain, Episode, Line, Pool, Split, episode_seed};
+use crate::eval::Pool;
 use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
+use crate::frontend::Learner;
 use crate::lower::{LowerError, Mode, lower};
 use crate::task::Rng;
 
 use provenance::Provenance;
 use race::Race;
+use scoring::{Newcomer, Tally};
 use tuning::Tuned;
 
 pub use checkpoint::{CheckpointError, Snapshot, load};
@@ -79,23 +82,6 @@ pub struct Record {
     pub steps_mean: f64,
 }
 
-impl Record {
-    /// The means over the episodes of both.
-    fn and(&self, other: &Record) -> Record {
-        let (a, b) = (f64::from(self.scorings), f64::from(other.scorings));
-        let mean = |x: f64, y: f64| (a * x + b * y) / (a + b);
-        Record {
-            generation: self.generation,
-            score: mean(self.score, other.score),
-            fitness: mean(self.fitness, other.fitness),
-            scorings: self.scorings + other.scorings,
-            instructions_mean: mean(self.instructions_mean, other.instructions_mean),
-            memory: self.memory.clone(),
-            steps_mean: mean(self.steps_mean, other.steps_mean),
-        }
-    }
-}
-
 /// Time that the parts of a run took outside of scoring, which [`Pool::spent`] tells.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Overhead {
@@ -142,6 +128,8 @@ pub struct Session {
     overhead: Overhead,
     lines: Vec<Tuned>,
     race: Race,
+    /// Learns what policies perceive; `None` if they see observations as they are.
+    learner: Option<Learner>,
 }
 
 /// Why a run could not go on.
@@ -172,6 +160,7 @@ impl Session {
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
         let blueprint = Blueprint::new(&config)?;
         Ok(Session {
+            learner: perception::learner(&blueprint),
             provenance: Provenance::new(&config, &blueprint.task_identity, seed),
             config,
             blueprint,
@@ -260,9 +249,11 @@ impl Session {
         self.overhead.variation += started.elapsed();
         let mut tally = Tally::default();
         let made = newcomers.len();
+        pool.record(self.learner.is_some());
         newcomers.extend(self.elites());
         newcomers.extend(self.tune(pool, &mut tally));
         self.score(pool, &newcomers, &mut tally);
+        self.learn(pool);
         self.race(pool, &mut tally);
         let scored = Instant::now();
         let fresh: Vec<f64> = newcomers[..made]
@@ -277,6 +268,7 @@ impl Session {
         let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
         self.records.retain(|id, _| survives(id));
         self.race.returns.retain(|id, _| survives(id));
+        self.forget();
         self.overhead.selection += scored.elapsed();
         self.generation += 1;
         self.steps += tally.steps;
@@ -340,100 +332,6 @@ impl Session {
         children.iter().map(newcomer).collect()
     }
 
-    /// Scores new roots on the very bytes that would be exported, and records them.
-    fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer], tally: &mut Tally) {
-        let episodes = u64::from(self.blueprint.episodes);
-        let seeds: Vec<u64> = (0..episodes)
-            .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
-            .collect();
-        match self.blueprint.contract.reset_scope {
-            ResetScope::PerEpisode | ResetScope::EveryDecision => {
-                self.score_apart(pool, newcomers, &seeds, tally);
-            }
-            ResetScope::PerAgent | ResetScope::MemoryPerAgent | ResetScope::MemoryPerEpisode => {
-                self.score_apart(pool, newcomers, &seeds, tally);
-            }
-            ResetScope::PerGeneration => {
-                self.memory = None;
-                self.score_in_turn(pool, newcomers, &seeds, tally);
-            }
-            ResetScope::Original => {
-                let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
-                if self.blueprint.wipe_on_fall && fallen {
-                    self.memory = None;
-                }
-                self.score_in_turn(pool, newcomers, &seeds, tally);
-            }
-        }
-    }
-
-    /// How far the evaluation of an agent that shares nothing with others can be split.
-    fn split(&self) -> Split {
-        match self.blueprint.contract.reset_scope {
-            ResetScope::PerAgent | ResetScope::MemoryPerAgent | ResetScope::MemoryPerEpisode => {
-                Split::Agents
-            }
-            _ => Split::Episodes,
-        }
-    }
-
-    /// Scores roots that share nothing, on all threads.
-    fn score_apart(
-        &mut self,
-        pool: &mut Pool,
-        newcomers: &[Newcomer],
-        seeds: &[u64],
-        tally: &mut Tally,
-    ) {
-        let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
-        let make = |k: usize| {
-            let root = newcomers[k].root;
-            let blob = self.export(root, self.generation, None, Mode::Compact);
-            blob.ok()
-        };
-        let results = pool.score(&Line {
-            expected: &expected,
-            make: &make,
-            episodes: seeds.len(),
-            episode_seeds: seeds,
-            split: self.split(),
-        });
-        for (newcomer, episodes) in newcomers.iter().zip(results) {
-            let record = tally.add(episodes.as_deref(), self.generation, None);
-            let record = match self.records.remove(&newcomer.root) {
-                Some(before) => before.and(&record),
-                None => record,
-            };
-            self.records.insert(newcomer.root, record);
-        }
-    }
-
-    /// Scores roots one after another, oldest first: each finds the memory that the one before left.
-    ///
-    /// The thesis's pool interleaved its processes at random; a fixed order makes runs repeatable.
-    fn score_in_turn(
-        &mut self,
-        pool: &mut Pool,
-        newcomers: &[Newcomer],
-        seeds: &[u64],
-        tally: &mut Tally,
-    ) {
-        for Newcomer { root, .. } in newcomers {
-            let found = self.memory.clone();
-            let blob = self
-                .export(*root, self.generation, found.as_deref(), Mode::Compact)
-                .ok();
-            let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
-            let result = policy.and_then(|policy| pool.score_alone(policy, seeds).ok());
-            let (episodes, memory) = result.unzip();
-            if let Some(memory) = memory {
-                self.memory = Some(memory.into());
-            }
-            let record = tally.add(episodes.as_deref(), self.generation, found);
-            self.records.insert(*root, record);
-        }
-    }
-
     /// The blob of a root, as it was scored in `generation` with the memory that it found.
     fn export(
         &self,
@@ -442,9 +340,9 @@ impl Session {
         memory: Option<&[f32]>,
         mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
-        let contract = &self.blueprint.contract;
+        let contract = self.contract(generation);
         let provenance = self.provenance.of(generation);
-        lower(&self.population, root, contract, provenance, memory, mode)
+        lower(&self.population, root, &contract, provenance, memory, mode)
     }
 
     /// The winner of the last race, else the best root in training, ties to the older, with its record.
@@ -525,60 +423,6 @@ impl Session {
             unstable: tally.unstable,
             seconds: self.seconds,
         })
-    }
-}
-
-/// A root that is to be scored.
-struct Newcomer {
-    root: TeamId,
-    /// Steps that an episode of it may be expected to take: its parent's mean.
-    expected: f64,
-}
-
-/// What scoring a generation came to.
-#[derive(Debug, Default)]
-struct Tally {
-    steps: u64,
-    unscorable: u64,
-    unstable: u64,
-}
-
-impl Tally {
-    /// Counts a team's episodes; none means that it was too large to be scored.
-    fn add(
-        &mut self,
-        episodes: Option<&[Episode]>,
-        generation: u64,
-        memory: Option<Arc<[f32]>>,
-    ) -> Record {
-        let episodes = episodes.unwrap_or_default();
-        let steps: u64 = episodes.iter().map(|e| u64::from(e.steps)).sum();
-        let instructions: u64 = episodes.iter().map(|e| e.instructions).sum();
-        let mean_of = |value: fn(&Episode) -> f64| {
-            let values: Vec<f64> = episodes.iter().map(value).collect();
-            crate::stats::mean(&values)
-        };
-        let mean = mean_of(|e| e.total);
-        self.steps += steps;
-        self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
-        self.unscorable += u64::from(!mean.is_finite());
-        Record {
-            generation,
-            score: if mean.is_finite() {
-                mean
-            } else {
-                f64::NEG_INFINITY
-            },
-            fitness: if mean.is_finite() {
-                mean_of(|e| e.shaped)
-            } else {
-                f64::NEG_INFINITY
-            },
-            scorings: 1,
-            instructions_mean: instructions as f64 / steps.max(1) as f64,
-            memory,
-            steps_mean: steps as f64 / episodes.len().max(1) as f64,
-        }
     }
 }
 

@@ -5,9 +5,10 @@ use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::Section;
 
 use super::layers::nearest;
-use super::{Config, ConfigError, SelectionParams, beyond};
+use super::{Config, ConfigError, SelectionParams, beyond, front_end};
 use crate::eval::{Arena, Shaping};
 use crate::evolve::{EvolutionParams, Genes, Shape, SizeRange};
+use crate::frontend::{self, FrontEndParams};
 use crate::lower::Contract;
 use crate::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
 use crate::tune::TuningParams;
@@ -39,6 +40,10 @@ pub struct Blueprint {
     pub tuning: TuningParams,
     /// How the champion is chosen.
     pub selection: SelectionParams,
+    /// What policies learn to perceive.
+    pub front_end: FrontEndParams,
+    /// The columns that a front end's model describes; `None` if the data choose them.
+    pub believed: Option<Vec<u16>>,
 }
 
 impl Blueprint {
@@ -92,11 +97,14 @@ impl Blueprint {
                 WriteDistribution::ALL,
                 WriteDistribution::name,
             )?,
+            front_end: None,
         };
         check_policy(&contract, &groups, config)?;
         check_params(config)?;
         let ops = ops(&groups, &policy.memory_sections, contract.memory_model)?;
         beyond::check(config, &contract, &ops)?;
+        let variables = frontend::action_variables(contract.shape.actions);
+        let believed = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
         Ok(Blueprint {
             task: config.task.clone(),
             task_identity: task::identity(&config.task)
@@ -117,6 +125,8 @@ impl Blueprint {
             params: config.evolution,
             tuning: config.tuning,
             selection: config.selection,
+            front_end: config.front_end.clone(),
+            believed,
         })
     }
 

@@ -20,18 +20,22 @@ const VARIANTS: &[(&str, &str)] = files!("variants": "sl-nc" "sl" "sr" "sr-sm" "
 /// Chapter 2's strategies (T Alg 1) and future work (T §2.7), for its own tasks of classic control.
 const STRATEGIES: &[(&str, &str)] = files!("variants": "original" "per-generation" "per-agent" "per-episode" "no-memory"
     "on-fall" "evolved-resets" "per-episode-uniform" "per-episode-exchanged");
+/// What is measured against beyond the thesis (docs/learning.md), for every task.
+const BASELINES: &[(&str, &str)] = files!("variants": "linear");
+/// What has paid beyond the thesis (docs/learning.md), a file for each task.
+const CHAMPIONS: &[(&str, &str)] = files!("champions": "inverted-double-pendulum" "hopper" "half-cheetah" "cartpole" "acrobot" "pendulum");
 const CLASSIC_CONTROL: &[&str] = &["cartpole", "acrobot", "pendulum"];
 /// Suffix and observability; without a suffix the task's own holds.
 const BLACKOUTS: &[(&str, &str)] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];
 
-/// A named configuration, `<task>-<variant>[-b23|-b13]`, or `<variant>[-b23|-b13]` for a task that the user names.
+/// A named configuration, `<task>-<variant>[-b23|-b13]` or `<task>-champion[-b23]`, or `<variant>[-b23|-b13]` for a task that the user names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preset {
     /// Its name.
     pub name: String,
     /// Bare name of the task; empty for one that the user names.
     pub task: &'static str,
-    /// Name of the variant (T Tab 3.1).
+    /// Name of the variant (T Tab 3.1), `linear` or `champion`.
     pub variant: &'static str,
     /// What the policy sees, in canonical form.
     pub observability: String,
@@ -46,7 +50,7 @@ impl Preset {
     /// [`ConfigError::UnknownPreset`] with the nearest name.
     pub fn find(name: &str) -> Result<Self, ConfigError> {
         let mut all = presets()?;
-        for (variant, file) in VARIANTS.iter().chain(STRATEGIES) {
+        for (variant, file) in VARIANTS.iter().chain(STRATEGIES).chain(BASELINES) {
             all.extend(blackouts("", None, variant, &parse(file)?)?);
         }
         let names = all.iter().map(|p| p.name.as_str());
@@ -72,9 +76,23 @@ pub fn presets() -> Result<Vec<Preset>, ConfigError> {
         } else {
             &[]
         };
-        for (variant, variant_file) in VARIANTS.iter().chain(strategies) {
+        for (variant, variant_file) in VARIANTS.iter().chain(strategies).chain(BASELINES) {
             let (task_layer, variant_layer) = (parse(task_file)?, parse(variant_file)?);
             presets.extend(blackouts(task, Some(&task_layer), variant, &variant_layer)?);
+        }
+        for (_, file) in CHAMPIONS.iter().filter(|(name, _)| name == task) {
+            let (task_layer, champion) = (parse(task_file)?, parse(file)?);
+            let all = blackouts(task, Some(&task_layer), "champion", &champion)?;
+            // Each is tuned for the observability on which its task is judged.
+            let judged = if CLASSIC_CONTROL.contains(task) {
+                ""
+            } else {
+                "-b23"
+            };
+            presets.extend(all.into_iter().filter(|p| {
+                let suffix = p.name.rsplit("champion").next();
+                suffix == Some(judged)
+            }));
         }
     }
     Ok(presets)

@@ -5,6 +5,7 @@ use tpg_runtime::blob::WriteDistribution;
 
 use crate::eval::Shaping;
 use crate::evolve::EvolutionParams;
+use crate::frontend::FrontEndParams;
 use crate::tune::TuningParams;
 
 /// A complete configuration; `presets/defaults.toml` explains every key.
@@ -27,6 +28,9 @@ pub struct Config {
     /// How the champion is chosen.
     #[serde(default, skip_serializing_if = "SelectionParams::is_default")]
     pub selection: SelectionParams,
+    /// What policies learn to perceive.
+    #[serde(default, skip_serializing_if = "FrontEndParams::is_default")]
+    pub front_end: FrontEndParams,
 }
 
 /// What policies are made of.
@@ -103,7 +107,7 @@ impl Default for SelectionParams {
     fn default() -> Self {
         SelectionParams {
             candidates: 0,
-            every: 10,
+            every: 2,
             episodes: 40,
             batch: 5,
         }

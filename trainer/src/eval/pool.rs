@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use tpg_runtime::{CapacityError, HostAgent, Policy, Reset};
 
 use super::{Arena, Episode};
+use crate::frontend::Recording;
 
 /// How far a policy's evaluation can be split among threads without changing it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +26,7 @@ const SPLIT_AT_THE_END: usize = 4;
 pub struct Pool {
     arenas: Vec<Arena>,
     spent: Spent,
+    recordings: Vec<Recording>,
 }
 
 /// Time that threads spent, summed over them.
@@ -70,7 +72,18 @@ impl Pool {
         Pool {
             arenas,
             spent: Spent::default(),
+            recordings: Vec::new(),
         }
+    }
+
+    /// Begins or ends to record what policies see.
+    pub fn record(&mut self, on: bool) {
+        self.arenas.iter_mut().for_each(|arena| arena.record(on));
+    }
+
+    /// What was recorded since the last call, in the order of policies and episodes.
+    pub fn take_recordings(&mut self) -> Vec<Recording> {
+        std::mem::take(&mut self.recordings)
     }
 
     /// What scoring has cost so far.
@@ -122,8 +135,12 @@ impl Pool {
         }
         parts.sort_unstable_by_key(|(job, _)| (job.policy, job.first_episode));
         let mut scored = vec![Some(Vec::new()); line.expected.len()];
-        for (job, episodes) in parts {
+        for (job, ran) in parts {
             let place = &mut scored[job.policy];
+            let episodes = ran.map(|ran| {
+                self.recordings.extend(ran.recordings);
+                ran.episodes
+            });
             match (place.as_mut(), episodes) {
                 (Some(before), Some(more)) => before.extend(more),
                 _ => *place = None,
@@ -143,10 +160,11 @@ impl Pool {
     ) -> Result<Alone, CapacityError> {
         let mut agent = Box::new(HostAgent::new(policy)?);
         let arena = self.arenas.first_mut();
-        let episodes = timed(&mut self.spent.episodes, || {
-            arena.map_or_else(Vec::new, |arena| run(arena, &mut agent, episode_seeds))
+        let ran = timed(&mut self.spent.episodes, || {
+            arena.map_or_else(Ran::default, |arena| run(arena, &mut agent, episode_seeds))
         });
-        Ok((episodes, agent.memory().to_vec()))
+        self.recordings.extend(ran.recordings);
+        Ok((ran.episodes, agent.memory().to_vec()))
     }
 }
 
@@ -193,7 +211,7 @@ impl<'b> Worker<'b> {
         blobs: &'b [OnceLock<Option<Vec<u8>>>],
         line: &Line<'_>,
         arena: &mut Arena,
-    ) -> Option<Vec<Episode>> {
+    ) -> Option<Ran> {
         if self.loaded != Some(job.policy) {
             self.loaded = None;
             // Whoever needs the policy first makes its bytes.
@@ -227,16 +245,25 @@ fn timed<T>(sum: &mut Duration, something: impl FnOnce() -> T) -> T {
     result
 }
 
-fn run(arena: &mut Arena, agent: &mut HostAgent<'_>, episode_seeds: &[u64]) -> Vec<Episode> {
-    let mut episodes = Vec::with_capacity(episode_seeds.len());
+/// Episodes that one policy ran, with what they showed if that is recorded.
+#[derive(Default)]
+struct Ran {
+    episodes: Vec<Episode>,
+    recordings: Vec<Recording>,
+}
+
+fn run(arena: &mut Arena, agent: &mut HostAgent<'_>, episode_seeds: &[u64]) -> Ran {
+    let mut ran = Ran::default();
+    ran.episodes.reserve_exact(episode_seeds.len());
     for (k, seed) in episode_seeds.iter().enumerate() {
         let what = if k == 0 { Reset::Agent } else { Reset::Episode };
         // The policy was lowered for this arena, so its observations have the right length.
         if let Ok(episode) = arena.episode(agent, what, *seed) {
-            episodes.push(episode);
+            ran.episodes.push(episode);
+            ran.recordings.extend(arena.recording());
         }
     }
-    episodes
+    ran
 }
 
 #[cfg(test)]

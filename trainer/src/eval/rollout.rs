@@ -3,6 +3,7 @@
 use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
 
 use super::{EpisodeSeeds, Shaping};
+use crate::frontend::{Recorder, Recording};
 use crate::task::{Task, Wrappers};
 
 /// Whoever turns observations into actions: an agent here, or one at the other end of a bridge.
@@ -92,6 +93,7 @@ pub struct Arena {
     shaping: Shaping,
     full: Vec<f32>,
     seen: Vec<f32>,
+    recorder: Option<Recorder>,
 }
 
 impl Arena {
@@ -106,6 +108,7 @@ impl Arena {
             shaping: Shaping::default(),
             full,
             seen,
+            recorder: None,
         }
     }
 
@@ -113,6 +116,18 @@ impl Arena {
     #[must_use]
     pub fn with_shaping(self, shaping: Shaping) -> Self {
         Arena { shaping, ..self }
+    }
+
+    /// Begins or ends to record what policies see.
+    pub fn record(&mut self, on: bool) {
+        let spec = self.task.spec();
+        self.recorder = on.then(|| Recorder::new(self.seen.len(), spec.actions, spec.max_steps));
+    }
+
+    /// What the last episode showed, if it was recorded.
+    #[must_use]
+    pub fn recording(&self) -> Option<Recording> {
+        self.recorder.as_ref().map(Recorder::finish)
     }
 
     /// The task.
@@ -141,6 +156,9 @@ impl Arena {
         self.task.reset(&mut seeds.initial_state);
         controller.seed_wrappers(seeds.wrappers);
         controller.reset(what, seeds.agent)?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.begin();
+        }
         let mut episode = Episode {
             total: 0.0,
             shaped: 0.0,
@@ -154,6 +172,9 @@ impl Arena {
                 .apply(&self.full, &mut self.seen, &mut seeds.mask);
             let reply = controller.decide(&self.seen)?;
             episode.instructions += u64::from(reply.instructions);
+            if let Some(recorder) = &mut self.recorder {
+                recorder.see(&self.seen, reply.action);
+            }
             let step = self.task.step(reply.action);
             episode.total += step.reward;
             episode.shaped += self.shaping.apply(&step);

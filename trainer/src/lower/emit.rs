@@ -1,6 +1,7 @@
 //! Layout and encoding of what is kept.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use tpg_runtime::Header;
 use tpg_runtime::blob::{
@@ -15,6 +16,7 @@ use super::liveness::{Graph, Kept, Registers, compact, register_read, register_w
 use crate::evolve::{
     Action, Instruction, Population, Program, ProgramId, ResetRule, Shape, Source, Team, TeamId,
 };
+use crate::frontend::Perception;
 use crate::task::ActionSpace;
 
 /// What a blob says apart from the graph: the policy's contract with its plant.
@@ -40,6 +42,8 @@ pub struct Contract {
     pub memory_model: MemoryModel,
     /// With what probabilities writes reach the slots or cells of memory.
     pub write_distribution: WriteDistribution,
+    /// What happens to observations before programs see them.
+    pub front_end: Option<Arc<Perception>>,
 }
 
 /// A graph that the format cannot hold.
@@ -216,6 +220,7 @@ struct Emitter<'a> {
     contract: &'a Contract,
     kept: &'a Kept,
     header: Header,
+    front_end: Vec<u8>,
     teams: Vec<[u8; tables::Team::BYTES]>,
     members: Vec<[u8; 2]>,
     programs: Vec<[u8; tables::Program::BYTES]>,
@@ -232,11 +237,16 @@ impl<'a> Emitter<'a> {
         kept: &'a Kept,
         registers: &[Registers],
     ) -> Result<Self, LowerError> {
-        let header = header(contract, graph, kept)?;
+        let mut header = header(contract, graph, kept)?;
+        let front_end = match &contract.front_end {
+            Some(perception) => perception.section(&mut header),
+            None => Vec::new(),
+        };
         let mut emitter = Emitter {
             contract,
             kept,
             header,
+            front_end,
             teams: Vec::new(),
             members: Vec::new(),
             programs: Vec::new(),
@@ -396,7 +406,7 @@ impl<'a> Emitter<'a> {
             constants: &self.constants,
             cells: &cells,
             memory: &image,
-            front_end: &[],
+            front_end: &self.front_end,
             labels: &self.contract.labels,
             task: &self.contract.task,
             observability: &self.contract.observability,

@@ -11,9 +11,10 @@ use sha2::{Digest as _, Sha256};
 use super::{Race, Record, Session, Tuned};
 use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRule, Team, TeamId};
+use crate::frontend::Learner;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const DIGEST_BYTES: usize = 32;
 
 /// Why a checkpoint could not be written or read.
@@ -77,6 +78,7 @@ struct Stored {
     constants: Vec<Arc<[f32]>>,
     lines: Vec<Tuned>,
     race: Race,
+    learner: Option<Learner>,
 }
 
 /// Blocks of constants, each once however many genomes share it.
@@ -110,6 +112,7 @@ pub struct Snapshot {
     medians: [Option<f64>; 2],
     lines: Vec<Tuned>,
     race: Race,
+    learner: Option<Learner>,
 }
 
 impl Snapshot {
@@ -129,6 +132,7 @@ impl Snapshot {
             medians: session.medians,
             lines: session.lines.clone(),
             race: session.race.clone(),
+            learner: session.learner.clone(),
         }
     }
 
@@ -198,6 +202,7 @@ impl Snapshot {
             constants: blocks.blocks,
             lines: self.lines,
             race: self.race,
+            learner: self.learner,
         };
         postcard::to_stdvec(&stored).map_err(|e| e.to_string())
     }
@@ -293,6 +298,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
         medians: stored.medians,
         lines: stored.lines,
         race: stored.race,
+        learner: stored.learner,
         ..session.map_err(|e| e.to_string())?
     })
 }

@@ -163,7 +163,8 @@ impl Session {
         let old = line.root;
         line.root = self.write_back(old, &tunable, &values);
         let mut roots = vec![line.root];
-        let due = params.mean_every > 0 && self.generation % u64::from(params.mean_every) == 0;
+        let due =
+            params.mean_every > 0 && self.generation.is_multiple_of(u64::from(params.mean_every));
         if due && let Some(mean) = line.mean.last_quarter() {
             let root = self.write_back(old, &tunable, &mean);
             line.mean_root = Some(root);

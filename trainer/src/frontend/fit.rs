@@ -1,0 +1,261 @@
+//! Least squares for a model of one step.
+
+use nalgebra::{Cholesky, DMatrix};
+use tpg_runtime::math::standardise;
+
+/// Pairs of observations in the front end's units.
+pub(super) struct Pairs<'a> {
+    /// One after another: observation, action, next observation.
+    pub raw: &'a [f32],
+    /// Length of an observation, and number of the action's variables.
+    pub inputs: usize,
+    pub actions: usize,
+    pub means: &'a [f32],
+    pub scales: &'a [f32],
+    /// Distance from the means at which a pair loses weight; 0 weighs all alike.
+    pub weighting: f64,
+}
+
+/// The normal equations of all columns at once.
+///
+/// Leaving out columns leaves out rows and columns of them, so that one pass over the data answers for every choice.
+pub(super) struct Normal {
+    /// Factors of each monomial, by the variables' numbers.
+    pub factors: Vec<Vec<u16>>,
+    pub gram: DMatrix<f64>,
+    /// For each monomial and each target.
+    pub cross: DMatrix<f64>,
+    /// Sum of each target's squares.
+    pub squares: Vec<f64>,
+}
+
+/// The factors of the monomials in so many variables up to a degree, in the runtime's order: depth first.
+pub(super) fn monomials(variables: u16, degree: u8) -> Vec<Vec<u16>> {
+    fn extend(all: &mut Vec<Vec<u16>>, prefix: &[u16], variables: u16, degree: u8) {
+        all.push(prefix.to_vec());
+        if degree == 0 {
+            return;
+        }
+        for next in prefix.last().copied().unwrap_or(0)..variables {
+            let longer = [prefix, &[next]].concat();
+            extend(all, &longer, variables, degree - 1);
+        }
+    }
+    let mut all = Vec::new();
+    extend(&mut all, &[], variables, degree);
+    all
+}
+
+impl Pairs<'_> {
+    fn stride(&self) -> usize {
+        2 * self.inputs + self.actions
+    }
+
+    /// Sums over the pairs whose number is `wanted`, in their order; targets are what the columns change by, or, for
+    /// `statics`, the columns themselves.
+    pub(super) fn sums(
+        &self,
+        columns: &[u16],
+        degree: u8,
+        statics: bool,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Normal {
+        let actions = if statics { 0 } else { self.actions };
+        let factors = monomials((columns.len() + actions) as u16, degree);
+        let (n, c) = (factors.len(), columns.len());
+        // Each monomial is one that stands before it times one more variable.
+        let parents: Vec<(usize, usize)> = factors
+            .iter()
+            .map(|list| match list.split_last() {
+                Some((last, prefix)) => {
+                    let parent = factors.iter().position(|f| f == prefix).unwrap_or(0);
+                    (parent, usize::from(*last))
+                }
+                None => (0, 0),
+            })
+            .collect();
+        let (mut gram, mut cross) = (vec![0.0; n * n], vec![0.0; n * c]);
+        let mut squares = vec![0.0; c];
+        let (mut values, mut targets, mut phi) = (Vec::new(), vec![0.0; c], vec![1.0; n]);
+        for (number, pair) in self.raw.chunks_exact(self.stride()).enumerate() {
+            if !wanted(number) {
+                continue;
+            }
+            let (first, rest) = pair.split_at(self.inputs);
+            let (action, second) = rest.split_at(self.actions);
+            let z = |o: &[f32], column: u16| {
+                let k = usize::from(column);
+                f64::from(standardise(o[k], self.means[k], self.scales[k]))
+            };
+            values.clear();
+            values.extend(columns.iter().map(|k| z(first, *k)));
+            let weight = self.weight(&values);
+            for ((target, k), before) in targets.iter_mut().zip(columns).zip(&values) {
+                *target = if statics {
+                    *before
+                } else {
+                    z(second, *k) - before
+                };
+            }
+            values.extend(action.iter().take(actions).map(|u| f64::from(*u)));
+            for (k, (parent, variable)) in parents.iter().enumerate().skip(1) {
+                phi[k] = phi[*parent] * values[*variable];
+            }
+            for i in 0..n {
+                let scaled = weight * phi[i];
+                for (sum, x) in gram[i * n..=i * n + i].iter_mut().zip(&phi) {
+                    *sum += scaled * x;
+                }
+                for (sum, y) in cross[i * c..(i + 1) * c].iter_mut().zip(&targets) {
+                    *sum += scaled * y;
+                }
+            }
+            for (sum, y) in squares.iter_mut().zip(&targets) {
+                *sum += weight * y * y;
+            }
+        }
+        let gram = DMatrix::from_fn(n, n, |i, j| gram[i.max(j) * n + i.min(j)]);
+        Normal {
+            factors,
+            gram,
+            cross: DMatrix::from_row_slice(n, c, &cross),
+            squares,
+        }
+    }
+
+    fn weight(&self, z: &[f64]) -> f64 {
+        if self.weighting == 0.0 {
+            return 1.0;
+        }
+        let squares: f64 = z.iter().map(|z| z * z).sum();
+        // libm's: the same bits whatever C library the host has.
+        libm::exp(-squares / z.len() as f64 / (self.weighting * self.weighting))
+    }
+}
+
+impl Normal {
+    /// Coefficients for these targets from these monomials alone; `None` where nothing determines them.
+    ///
+    /// The equations are scaled to a diagonal of ones, to which `ridge` is added: what hardly varies gets small coefficients.
+    pub(super) fn solve(
+        &self,
+        monomials: &[usize],
+        targets: &[usize],
+        ridge: f64,
+    ) -> Option<DMatrix<f64>> {
+        let scale: Vec<f64> = monomials
+            .iter()
+            .map(|k| {
+                let diagonal = self.gram[(*k, *k)];
+                if diagonal > 0.0 {
+                    1.0 / diagonal.sqrt()
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        let n = monomials.len();
+        let scaled = DMatrix::from_fn(n, n, |i, j| {
+            let own = if i == j { ridge } else { 0.0 };
+            self.gram[(monomials[i], monomials[j])] * scale[i] * scale[j] + own
+        });
+        let right = DMatrix::from_fn(n, targets.len(), |i, q| {
+            self.cross[(monomials[i], targets[q])] * scale[i]
+        });
+        let solution = Cholesky::new(scaled)?.solve(&right);
+        let coefficients = DMatrix::from_fn(n, targets.len(), |i, q| solution[(i, q)] * scale[i]);
+        coefficients
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(coefficients)
+    }
+
+    /// Sum of squared errors of each target under coefficients for these monomials.
+    pub(super) fn errors(
+        &self,
+        monomials: &[usize],
+        targets: &[usize],
+        coefficients: &DMatrix<f64>,
+    ) -> Vec<f64> {
+        let error = |(q, target): (usize, &usize)| {
+            let mut error = self.squares[*target];
+            for (i, a) in monomials.iter().enumerate() {
+                let mut row = -2.0 * self.cross[(*a, *target)];
+                for (j, b) in monomials.iter().enumerate() {
+                    row += self.gram[(*a, *b)] * coefficients[(j, q)];
+                }
+                error += coefficients[(i, q)] * row;
+            }
+            error.max(0.0)
+        };
+        targets.iter().enumerate().map(error).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::Rng;
+
+    #[test]
+    fn monomials_stand_in_the_runtimes_order() {
+        let order = monomials(2, 2);
+        let expected: [&[u16]; 6] = [&[], &[0], &[0, 0], &[0, 1], &[1], &[1, 1]];
+        assert_eq!(order, expected);
+        assert_eq!(
+            monomials(7, 3).len() as u64,
+            tpg_runtime::frontend::monomials(7, 3)
+        );
+    }
+
+    /// A known quadratic model is found again from noiseless pairs, and errors are those of the residuals.
+    #[test]
+    fn a_model_is_found_again() {
+        let mut rng = Rng::new(3);
+        let (means, scales) = ([0.5, -1.0], [2.0, 0.5]);
+        let mut raw = Vec::new();
+        for _ in 0..400 {
+            let [x, y, u] = [(); 3].map(|()| rng.uniform(-1.0, 1.0) as f32);
+            // In standardised units x' = x + 0.1 y − 0.2 x u, y' = 0.9 y.
+            let next = [x + 0.1 * y - 0.2 * x * u, 0.9 * y];
+            let back = |z: [f32; 2]| [z[0] / scales[0] + means[0], z[1] / scales[1] + means[1]];
+            raw.extend(back([x, y]).iter().chain(&[u]).chain(&back(next)).copied());
+        }
+        let pairs = Pairs {
+            raw: &raw,
+            inputs: 2,
+            actions: 1,
+            means: &means,
+            scales: &scales,
+            weighting: 0.0,
+        };
+        let normal = pairs.sums(&[0, 1], 2, false, |_| true);
+        let all: Vec<usize> = (0..normal.factors.len()).collect();
+        let found = normal.solve(&all, &[0, 1], 1e-9).expect("determined");
+        for (k, factors) in normal.factors.iter().enumerate() {
+            let expected = match factors.as_slice() {
+                [1] => [0.1, -0.1],
+                [0, 2] => [-0.2, 0.0],
+                _ => [0.0, 0.0],
+            };
+            for (q, expected) in expected.into_iter().enumerate() {
+                assert!(
+                    (found[(k, q)] - expected).abs() < 1e-4,
+                    "{factors:?}: {}",
+                    found[(k, q)]
+                );
+            }
+        }
+        let errors = normal.errors(&all, &[0, 1], &found);
+        assert!(errors.iter().all(|e| *e < 1e-6), "{errors:?}");
+        // Without y, what it does to x remains.
+        let some: Vec<usize> = all
+            .iter()
+            .copied()
+            .filter(|k| !normal.factors[*k].contains(&1))
+            .collect();
+        let poorer = normal.solve(&some, &[0], 1e-9).expect("determined");
+        let left = normal.errors(&some, &[0], &poorer)[0] / normal.gram[(0, 0)];
+        assert!((left - 0.01 / 3.0).abs() < 1e-3, "{left}");
+    }
+}

@@ -1,0 +1,169 @@
+//! What a run has learned of how its policies should perceive.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::fit::Pairs;
+use super::perception::Model;
+use super::record::action_variables;
+use super::{Belief, FrontEndParams, Moments, Perception, Recording, choose};
+use crate::task::ActionSpace;
+
+/// Share of the kept pairs that one generation may replace: what is kept spans several.
+const SHARE_OF_A_GENERATION: usize = 4;
+/// Pairs for each coefficient of a column below which nothing is fitted.
+const PAIRS_PER_COEFFICIENT: usize = 3;
+
+/// Learns the front end that all policies of a generation have.
+///
+/// It keeps the front ends of past generations for the policies that were scored with them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Learner {
+    moments: Moments,
+    /// The latest pairs, oldest first.
+    pairs: Vec<f32>,
+    /// The believed columns, once they are known.
+    columns: Option<Vec<u16>>,
+    /// Front ends by the generation from which they hold.
+    fitted: BTreeMap<u64, Arc<Perception>>,
+}
+
+impl Learner {
+    /// One that has seen nothing; `columns` are the believed ones, `None` if the data are to choose them.
+    #[must_use]
+    pub fn new(params: &FrontEndParams, inputs: usize, columns: Option<Vec<u16>>) -> Self {
+        let moments = Moments::new(inputs);
+        let (means, scales) = moments.scaling();
+        let first = Perception {
+            hold: params.belief != Belief::None,
+            means,
+            scales,
+            model: None,
+        };
+        Learner {
+            moments,
+            pairs: Vec::new(),
+            columns,
+            fitted: BTreeMap::from([(0, Arc::new(first))]),
+        }
+    }
+
+    /// The front end of a generation.
+    #[must_use]
+    pub fn of(&self, generation: u64) -> Option<&Arc<Perception>> {
+        self.fitted.range(..=generation).next_back().map(|(_, p)| p)
+    }
+
+    /// Takes in what a generation showed, in the order of individual, episode and step, and fits where that is due: what is
+    /// fitted holds from the next generation on.
+    pub fn learn(
+        &mut self,
+        params: &FrontEndParams,
+        actions: ActionSpace,
+        generation: u64,
+        recordings: &[Recording],
+    ) {
+        for recording in recordings {
+            self.moments.merge(&recording.moments);
+        }
+        let (inputs, variables) = (self.inputs(), action_variables(actions));
+        if params.belief == Belief::Learned {
+            self.keep(params, 2 * inputs + variables, recordings);
+        }
+        if !generation.is_multiple_of(u64::from(params.refit_every.max(1))) {
+            return;
+        }
+        let (means, scales) = match params.standardise {
+            true => self.moments.scaling(),
+            false => Moments::new(inputs).scaling(),
+        };
+        let model = match params.belief {
+            Belief::Learned => self.fit(params, variables, &means, &scales),
+            Belief::None | Belief::Hold => None,
+        };
+        let perception = Perception {
+            hold: params.belief != Belief::None,
+            means,
+            scales,
+            model,
+        };
+        self.fitted.insert(generation + 1, Arc::new(perception));
+    }
+
+    /// Drops the front ends of generations that nobody names any more.
+    pub fn retain(&mut self, generations: impl Iterator<Item = u64>) {
+        let from = |generation| {
+            self.fitted
+                .range(..=generation)
+                .next_back()
+                .map(|(k, _)| *k)
+        };
+        let mut named: BTreeSet<u64> = generations.filter_map(from).collect();
+        named.extend(self.fitted.keys().next_back());
+        self.fitted.retain(|from, _| named.contains(from));
+    }
+
+    fn inputs(&self) -> usize {
+        self.of(u64::MAX).map_or(0, |p| p.means.len())
+    }
+
+    /// Keeps the latest pairs, of a large generation every so-manieth.
+    fn keep(&mut self, params: &FrontEndParams, stride: usize, recordings: &[Recording]) {
+        let limit = params.pairs as usize;
+        let new: usize = recordings.iter().map(|r| r.pairs.len() / stride).sum();
+        let every = new.div_ceil((limit / SHARE_OF_A_GENERATION).max(1)).max(1);
+        let all = recordings.iter().flat_map(|r| r.pairs.chunks_exact(stride));
+        for pair in all.step_by(every) {
+            self.pairs.extend_from_slice(pair);
+        }
+        let excess = (self.pairs.len() / stride).saturating_sub(limit);
+        self.pairs.drain(..excess * stride);
+    }
+
+    fn fit(
+        &mut self,
+        params: &FrontEndParams,
+        actions: usize,
+        means: &[f32],
+        scales: &[f32],
+    ) -> Option<Model> {
+        let inputs = self.inputs();
+        let pairs = Pairs {
+            raw: &self.pairs,
+            inputs,
+            actions,
+            means,
+            scales,
+            weighting: params.weighting,
+        };
+        let enough = |columns: usize, degree: u8| {
+            let monomials = tpg_runtime::frontend::monomials(columns + actions, degree) as usize;
+            self.pairs.len() / (2 * inputs + actions) >= PAIRS_PER_COEFFICIENT * monomials
+        };
+        let columns = match &self.columns {
+            Some(columns) => columns.clone(),
+            None if enough(inputs, params.degree.max(2)) => {
+                choose::columns(&pairs, params.degree, params.ridge)
+            }
+            None => return None,
+        };
+        if !enough(columns.len(), params.degree) {
+            return None;
+        }
+        let normal = pairs.sums(&columns, params.degree, false, |_| true);
+        let all: Vec<usize> = (0..normal.factors.len()).collect();
+        let targets: Vec<usize> = (0..columns.len()).collect();
+        let found = normal.solve(&all, &targets, params.ridge)?;
+        // Row by row: nalgebra stores columns.
+        let rows = found.transpose();
+        let coefficients: Vec<f32> = rows.iter().map(|x| *x as f32).collect();
+        self.columns = Some(columns.clone());
+        coefficients.iter().all(|x| x.is_finite()).then_some(Model {
+            degree: params.degree,
+            columns,
+            coefficients,
+        })
+    }
+}

@@ -1,0 +1,85 @@
+//! Settings of learned front ends.
+
+use serde::{Deserialize, Serialize};
+
+/// What policies perceive when they see nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Belief {
+    /// Zeros.
+    #[default]
+    None,
+    /// What they perceived last.
+    Hold,
+    /// What a learned model says.
+    Learned,
+}
+
+/// Which columns of the observation a model describes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Columns {
+    /// `auto`: chosen from the data.
+    Word(String),
+    /// These, by name; none stands for all.
+    Names(Vec<String>),
+}
+
+impl Columns {
+    /// Whether they are chosen from the data.
+    #[must_use]
+    pub fn is_auto(&self) -> bool {
+        matches!(self, Columns::Word(word) if word == "auto")
+    }
+}
+
+/// How front ends are learned; `presets/defaults.toml` explains every key.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FrontEndParams {
+    /// Whether observations are shifted and scaled by the moments of what was seen.
+    pub standardise: bool,
+    /// What policies perceive when they see nothing.
+    pub belief: Belief,
+    /// Degree of a model's monomials, 1 to 3.
+    pub degree: u8,
+    /// Columns that a model describes.
+    pub columns: Columns,
+    /// Distance from the means at which a pair of observations loses weight, in standard deviations; 0 weighs all alike.
+    pub weighting: f64,
+    /// What is added to the diagonal of the normal equations, scaled to ones.
+    pub ridge: f64,
+    /// Pairs of consecutive visible observations that are kept for fitting, the latest.
+    pub pairs: u32,
+    /// Generations between two fits.
+    pub refit_every: u32,
+}
+
+impl Default for FrontEndParams {
+    fn default() -> Self {
+        FrontEndParams {
+            standardise: false,
+            belief: Belief::None,
+            degree: 1,
+            columns: Columns::Names(Vec::new()),
+            weighting: 0.0,
+            ridge: 1e-6,
+            pairs: 40_000,
+            refit_every: 5,
+        }
+    }
+}
+
+impl FrontEndParams {
+    /// Whether nothing differs from the defaults, which configurations leave out.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == FrontEndParams::default()
+    }
+
+    /// Whether policies have a front end.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.standardise || self.belief != Belief::None
+    }
+}

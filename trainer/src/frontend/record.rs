@@ -1,0 +1,119 @@
+//! What an episode showed its policy, kept for learning.
+
+use tpg_runtime::{Action, math};
+
+use super::Moments;
+use crate::task::ActionSpace;
+
+/// What one episode showed: the moments of its visible observations, and the pairs of consecutive ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Of all visible observations.
+    pub moments: Moments,
+    /// One after another: an observation, the action that followed, the next observation; both visible.
+    pub pairs: Box<[f32]>,
+}
+
+/// Watches episodes; its buffers are as long as an episode can need, so that no step allocates.
+#[derive(Debug, Clone)]
+pub struct Recorder {
+    actions: ActionSpace,
+    moments: Moments,
+    /// The last observation with the action that followed, if it was visible.
+    last: Vec<f32>,
+    pairs: Vec<f32>,
+}
+
+/// Number of variables by which a model knows an action.
+#[must_use]
+pub fn action_variables(actions: ActionSpace) -> usize {
+    match actions {
+        ActionSpace::Discrete(_) => 1,
+        ActionSpace::Continuous { len, .. } => usize::from(len),
+    }
+}
+
+impl Recorder {
+    /// For episodes of at most so many steps.
+    #[must_use]
+    pub fn new(inputs: usize, actions: ActionSpace, max_steps: u32) -> Self {
+        let half = inputs + action_variables(actions);
+        Recorder {
+            actions,
+            moments: Moments::new(inputs),
+            last: Vec::with_capacity(half),
+            pairs: Vec::with_capacity((half + inputs) * max_steps as usize),
+        }
+    }
+
+    /// Begins an episode.
+    pub fn begin(&mut self) {
+        self.moments.clear();
+        self.last.clear();
+        self.pairs.clear();
+    }
+
+    /// Sees what the policy sees and does; nothing is taken from a blank observation.
+    pub fn see(&mut self, seen: &[f32], action: Action<'_>) {
+        if math::is_blank(seen) {
+            self.last.clear();
+            return;
+        }
+        self.moments.add(seen);
+        let needed = self.last.len() + seen.len();
+        if !self.last.is_empty() && self.pairs.capacity() - self.pairs.len() >= needed {
+            self.pairs.extend_from_slice(&self.last);
+            self.pairs.extend_from_slice(seen);
+        }
+        self.last.clear();
+        self.last.extend_from_slice(seen);
+        match (action, self.actions) {
+            (Action::Continuous(values), _) => self.last.extend_from_slice(values),
+            (Action::Discrete(k), ActionSpace::Discrete(count)) => {
+                self.last.push(math::centred(k, count));
+            }
+            // A policy's action is of its task's kind.
+            (Action::Discrete(_), ActionSpace::Continuous { .. }) => self.last.clear(),
+        }
+    }
+
+    /// What the episode showed.
+    #[must_use]
+    pub fn finish(&self) -> Recording {
+        Recording {
+            moments: self.moments.clone(),
+            pairs: self.pairs.as_slice().into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_consecutive_and_visible() {
+        let actions = ActionSpace::Discrete(3);
+        let mut recorder = Recorder::new(2, actions, 10);
+        for _ in 0..2 {
+            recorder.begin();
+            for (seen, action) in [
+                ([1.0, 2.0], 0),
+                ([3.0, 4.0], 2),
+                ([0.0, -0.0], 1),
+                ([5.0, 6.0], 1),
+                ([0.0, 7.0], 1),
+            ] {
+                recorder.see(&seen, Action::Discrete(action));
+            }
+        }
+        let recording = recorder.finish();
+        let pairs = [[1.0, 2.0, -1.0, 3.0, 4.0], [5.0, 6.0, 0.0, 0.0, 7.0]];
+        assert_eq!(*recording.pairs, *pairs.as_flattened());
+        let mut visible = Moments::new(2);
+        for seen in [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [0.0, 7.0]] {
+            visible.add(&seen);
+        }
+        assert_eq!(recording.moments, visible);
+    }
+}

@@ -1,0 +1,53 @@
+//! What a run learns of how its policies perceive, once in a generation.
+
+use std::borrow::Cow;
+
+use super::Session;
+use crate::config::Blueprint;
+use crate::eval::Pool;
+use crate::frontend::Learner;
+use crate::lower::Contract;
+
+/// The learner of a run that has just begun.
+pub(super) fn learner(blueprint: &Blueprint) -> Option<Learner> {
+    let params = &blueprint.front_end;
+    let inputs = usize::from(blueprint.contract.shape.inputs);
+    (params.is_on()).then(|| Learner::new(params, inputs, blueprint.believed.clone()))
+}
+
+impl Session {
+    /// The contract of a generation's policies: all of them have its front end.
+    pub(super) fn contract(&self, generation: u64) -> Cow<'_, Contract> {
+        let contract = &self.blueprint.contract;
+        match self.learner.as_ref().and_then(|l| l.of(generation)) {
+            None => Cow::Borrowed(contract),
+            Some(perception) => Cow::Owned(Contract {
+                front_end: Some(perception.clone()),
+                ..contract.clone()
+            }),
+        }
+    }
+
+    /// Learns from what this generation's training showed, for the next one; ends recording.
+    pub(super) fn learn(&mut self, pool: &mut Pool) {
+        let recordings = pool.take_recordings();
+        pool.record(false);
+        let actions = self.blueprint.contract.shape.actions;
+        if let Some(learner) = &mut self.learner {
+            learner.learn(
+                &self.blueprint.front_end,
+                actions,
+                self.generation,
+                &recordings,
+            );
+        }
+    }
+
+    /// Drops the front ends with which nobody who is left was scored.
+    pub(super) fn forget(&mut self) {
+        let generations = self.records.values().map(|record| record.generation);
+        if let Some(learner) = &mut self.learner {
+            learner.retain(generations);
+        }
+    }
+}

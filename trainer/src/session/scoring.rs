@@ -1,0 +1,173 @@
+//! Scoring the roots of a generation.
+
+use std::sync::Arc;
+
+use tpg_runtime::Policy;
+use tpg_runtime::blob::ResetScope;
+
+use super::{Record, Session};
+use crate::eval::{Domain, Episode, Line, Pool, Split, episode_seed};
+use crate::evolve::TeamId;
+use crate::lower::Mode;
+
+/// A root that is to be scored.
+pub(super) struct Newcomer {
+    pub(super) root: TeamId,
+    /// Steps that an episode of it may be expected to take: its parent's mean.
+    pub(super) expected: f64,
+}
+
+/// What scoring a generation came to.
+#[derive(Debug, Default)]
+pub(super) struct Tally {
+    pub(super) steps: u64,
+    pub(super) unscorable: u64,
+    pub(super) unstable: u64,
+}
+
+impl Tally {
+    /// Counts a team's episodes; none means that it was too large to be scored.
+    fn add(
+        &mut self,
+        episodes: Option<&[Episode]>,
+        generation: u64,
+        memory: Option<Arc<[f32]>>,
+    ) -> Record {
+        let episodes = episodes.unwrap_or_default();
+        let steps: u64 = episodes.iter().map(|e| u64::from(e.steps)).sum();
+        let instructions: u64 = episodes.iter().map(|e| e.instructions).sum();
+        let mean_of = |value: fn(&Episode) -> f64| {
+            let values: Vec<f64> = episodes.iter().map(value).collect();
+            crate::stats::mean(&values)
+        };
+        let mean = mean_of(|e| e.total);
+        self.steps += steps;
+        self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
+        self.unscorable += u64::from(!mean.is_finite());
+        Record {
+            generation,
+            score: if mean.is_finite() {
+                mean
+            } else {
+                f64::NEG_INFINITY
+            },
+            fitness: if mean.is_finite() {
+                mean_of(|e| e.shaped)
+            } else {
+                f64::NEG_INFINITY
+            },
+            scorings: 1,
+            instructions_mean: instructions as f64 / steps.max(1) as f64,
+            memory,
+            steps_mean: steps as f64 / episodes.len().max(1) as f64,
+        }
+    }
+}
+
+impl Record {
+    /// The means over the episodes of both.
+    fn and(&self, other: &Record) -> Record {
+        let (a, b) = (f64::from(self.scorings), f64::from(other.scorings));
+        let mean = |x: f64, y: f64| (a * x + b * y) / (a + b);
+        Record {
+            generation: self.generation,
+            score: mean(self.score, other.score),
+            fitness: mean(self.fitness, other.fitness),
+            scorings: self.scorings + other.scorings,
+            instructions_mean: mean(self.instructions_mean, other.instructions_mean),
+            memory: self.memory.clone(),
+            steps_mean: mean(self.steps_mean, other.steps_mean),
+        }
+    }
+}
+
+impl Session {
+    /// Scores new roots on the very bytes that would be exported, and records them.
+    pub(super) fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer], tally: &mut Tally) {
+        let episodes = u64::from(self.blueprint.episodes);
+        let seeds: Vec<u64> = (0..episodes)
+            .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
+            .collect();
+        match self.blueprint.contract.reset_scope {
+            ResetScope::PerGeneration => {
+                self.memory = None;
+                self.score_in_turn(pool, newcomers, &seeds, tally);
+            }
+            ResetScope::Original => {
+                let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
+                if self.blueprint.wipe_on_fall && fallen {
+                    self.memory = None;
+                }
+                self.score_in_turn(pool, newcomers, &seeds, tally);
+            }
+            _ => self.score_apart(pool, newcomers, &seeds, tally),
+        }
+    }
+
+    /// How far the evaluation of an agent that shares nothing with others can be split.
+    pub(super) fn split(&self) -> Split {
+        match self.blueprint.contract.reset_scope.at_episode() {
+            (true, true) => Split::Episodes,
+            _ => Split::Agents,
+        }
+    }
+
+    /// Scores roots that share nothing, on all threads.
+    fn score_apart(
+        &mut self,
+        pool: &mut Pool,
+        newcomers: &[Newcomer],
+        seeds: &[u64],
+        tally: &mut Tally,
+    ) {
+        let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
+        let make = |k: usize| {
+            let root = newcomers[k].root;
+            // One that is scored again is what it was: its front end is of the generation that made it.
+            let record = self.records.get(&root);
+            let generation = record.map_or(self.generation, |r| r.generation);
+            self.export(root, generation, None, Mode::Compact).ok()
+        };
+        let results = pool.score(&Line {
+            expected: &expected,
+            make: &make,
+            episodes: seeds.len(),
+            episode_seeds: seeds,
+            split: self.split(),
+        });
+        for (newcomer, episodes) in newcomers.iter().zip(results) {
+            let record = tally.add(episodes.as_deref(), self.generation, None);
+            let record = match self.records.remove(&newcomer.root) {
+                Some(before) => before.and(&record),
+                None => record,
+            };
+            self.records.insert(newcomer.root, record);
+        }
+    }
+
+    /// Scores roots one after another, oldest first: each finds the memory that the one before left.
+    ///
+    /// The thesis's pool interleaved its processes at random; a fixed order makes runs repeatable.
+    fn score_in_turn(
+        &mut self,
+        pool: &mut Pool,
+        newcomers: &[Newcomer],
+        seeds: &[u64],
+        tally: &mut Tally,
+    ) {
+        for Newcomer { root, .. } in newcomers {
+            let found = self.memory.clone();
+            let blob = self
+                .export(*root, self.generation, found.as_deref(), Mode::Compact)
+                .ok();
+            let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
+            let result = policy.and_then(|policy| pool.score_alone(policy, seeds).ok());
+            let (episodes, memory) = result.unzip();
+            if let Some(memory) = memory {
+                self.memory = Some(memory.into());
+            }
+            let record = tally.add(episodes.as_deref(), self.generation, found);
+            self.records.insert(*root, record);
+        }
+    }
+}
