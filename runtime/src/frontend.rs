@@ -42,10 +42,19 @@ pub struct FrontEnd<'a> {
 }
 
 /// Number of monomials up to `degree` in `variables` variables, the constant included: C(v + d, d).
+///
+/// [`u64::MAX`] stands for more than any policy has room for. Without 64-bit divisions, which take flash.
 #[must_use]
 pub fn monomials(variables: usize, degree: u8) -> u64 {
     let v = variables as u64;
-    (1..=u64::from(degree)).fold(1, |count, k| count * (v + k) / k)
+    let pairs = (v + 1) * (v + 2) / 2;
+    match degree {
+        0 => 1,
+        1 => v + 1,
+        2 => pairs,
+        3 if v < 1000 => u64::from(pairs as u32 * (v as u32 + 3) / 3),
+        _ => u64::MAX,
+    }
 }
 
 /// Number of variables by which a model knows the last action: the outputs, or one for all discrete actions.
@@ -75,7 +84,8 @@ impl<'a> FrontEnd<'a> {
         ascending &= believes != front_end.columns.is_empty();
         let degrees = if believes { 1..=MAX_DEGREE } else { 0..=0 };
         let variables = front_end.columns.len() + action_variables(header);
-        let needed = monomials(variables, front_end.degree) * front_end.columns.len() as u64;
+        let needed =
+            monomials(variables, front_end.degree).saturating_mul(front_end.columns.len() as u64);
         let behind_outputs = usize::from(header.window) + header.outputs();
         let sound = ascending
             && degrees.contains(&front_end.degree)
@@ -258,5 +268,6 @@ mod tests {
         assert_eq!(monomials(3, 1), 4);
         assert_eq!(monomials(2, 2), 6);
         assert_eq!(monomials(7, 3), 120);
+        assert_eq!(monomials(999, 3), 167_167_000);
     }
 }
