@@ -110,7 +110,7 @@ fn one_seed_fixes_a_run_that_learns_to_perceive() {
         "front-end.pairs=900",
         "front-end.refit-every=2",
     ];
-    one_seed_fixes_a_run("cartpole-sr-sm-b13", "12", 10, &settings);
+    one_seed_fixes_a_run("cartpole-sr-sm-b13", "12", 6, &settings);
     // Agents in turn, on one memory.
     let settings = ["front-end.belief=learned", "front-end.refit-every=1"];
     one_seed_fixes_a_run("pendulum-original-b13", "8", 4, &settings);
