@@ -25,7 +25,7 @@ struct Split {
 
 impl Split {
     fn new(pairs: &Pairs<'_>, columns: &[u16], degree: u8, statics: bool) -> Self {
-        let held = |number: usize| number % HELD_OUT == 0;
+        let held = |number: usize| number.is_multiple_of(HELD_OUT);
         Split {
             fit: pairs.sums(columns, degree, statics, |k| !held(k)),
             test: pairs.sums(columns, degree, statics, held),
