@@ -134,6 +134,8 @@ impl<'a> Policy<'a> {
 fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
     let words = match tables.front_end {
         [] => None,
+        // The header's check has refused what announces one.
+        _ if cfg!(not(feature = "front-end")) => return Err(VerifyError::FrontEndMalformed),
         section => {
             let front_end =
                 FrontEnd::read(section, header).ok_or(VerifyError::FrontEndMalformed)?;
@@ -188,7 +190,10 @@ fn bounds(header: &Header, tables: &Tables<'_>) -> Bounds {
     let weight = |bytes: &[u8; Instruction::BYTES]| {
         Instruction::from_bytes(bytes).map_or(0, |i| i.op.cost().weight(header.width, cells))
     };
-    let front_end = FrontEnd::view(tables.front_end, header);
+    let front_end = match tables.front_end {
+        _ if cfg!(not(feature = "front-end")) => None,
+        section => FrontEnd::view(section, header),
+    };
     let (multiplications, operations) = front_end.map_or((0, 0), |front_end| {
         (
             front_end.instructions(header),

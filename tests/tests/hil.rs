@@ -79,6 +79,51 @@ fn assert_deep_and_remembering(bytes: &[u8]) {
     assert_ne!(before, agent.memory(), "memory was never written");
 }
 
+/// Policies that learned to perceive decide in the loop, replayed from a trace and compiled as they were scored.
+#[test]
+fn what_was_learned_is_perceived_in_the_loop() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let hopper = cfg!(feature = "mujoco").then_some(("hopper-sr-sm-b23", "learned"));
+    for (preset, belief) in [
+        ("cartpole-sr-sm-b13", "learned"),
+        ("pendulum-sl-b13", "learned"),
+        ("acrobot-per-episode-b13", "hold"),
+        ("pendulum-sl-nc-b13", "none"),
+    ]
+    .into_iter()
+    .chain(hopper)
+    {
+        let out = folder.path().join(preset);
+        let belief = format!("front-end.belief={belief}");
+        let mut arguments = vec!["train", preset, "--seed", "3", "--generations", "4"];
+        let settings = [
+            "evolution.population=20",
+            "evolution.children=20",
+            "evaluation.episodes=2",
+            "front-end.standardise=true",
+            "front-end.refit-every=1",
+            &belief,
+        ];
+        arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+        arguments.extend(["--out", text(&out)]);
+        tpg_tests::process::tpg_ok(&arguments);
+        let file = out.join("champion.tpg");
+        let bytes = std::fs::read(&file).expect("a champion");
+        let policy = Policy::load(&bytes).expect("valid");
+        let front_end = policy.front_end().expect("a front end");
+        let scale = f32::from_le_bytes(front_end.scales[0]);
+        // The champion may be of the first generation, which has seen nothing yet.
+        println!("{preset}: {:?}, scale {scale}", front_end.blank);
+        assert_loop_equals_eval(&file, "6", &["loss:1/10", "action:delay:1"]);
+        let trace = folder.path().join("trace");
+        let (trace, file) = (text(&trace), text(&file));
+        tpg_tests::process::tpg_ok(&["eval", file, "--episodes", "2", "--trace", trace]);
+        tpg_tests::process::tpg_ok(&["replay", trace, file]);
+        let inspected = tpg_json(&["inspect", file, "--json"]);
+        assert!(inspected["front_end"].is_object(), "{inspected}");
+    }
+}
+
 #[test]
 fn fixtures_agree_on_cartpole() {
     fixtures_agree("cartpole");

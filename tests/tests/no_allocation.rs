@@ -61,7 +61,7 @@ fn no_task_allocates_after_its_first_episode() {
     }
 }
 
-/// The whole loop of an episode: task, wrappers and the agent's decisions.
+/// The whole loop of an episode: task, wrappers and the agent's decisions, recorded or not.
 #[test]
 fn no_episode_of_an_agent_allocates() {
     let robots = ["hopper-sr-sm-b23", "half-cheetah-sr-mm"];
@@ -81,10 +81,14 @@ fn no_episode_of_an_agent_allocates() {
         let policy = Policy::load(&blob).expect("a sound policy");
         let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
         let mut arena = blueprint.arena().expect("the task");
-        let mut episode = |seed| arena.episode(&mut *agent, Reset::Episode, seed);
-        episode(1).expect("the right observation");
-        let before = ALLOCATIONS.get();
-        episode(2).expect("the right observation");
-        assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
+        for recorded in [false, true] {
+            arena.record(recorded);
+            let mut episode = |seed| arena.episode(&mut *agent, Reset::Episode, seed);
+            episode(1).expect("the right observation");
+            let before = ALLOCATIONS.get();
+            episode(2).expect("the right observation");
+            assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
+            assert_eq!(arena.recording().is_some(), recorded);
+        }
     }
 }

@@ -91,6 +91,31 @@ fn one_seed_fixes_a_tuned_run() {
     one_seed_fixes_a_run("cartpole-sr-sm", "12", 24, &settings);
 }
 
+/// Moments, pairs, the chosen columns and the front ends of past generations: all of it is in the checkpoint.
+#[test]
+fn one_seed_fixes_a_run_that_learns_to_perceive() {
+    let settings = [
+        "evaluation.episodes=3",
+        "evaluation.elites=2",
+        "evolution.initial=linear",
+        "tuning.lines=1",
+        "tuning.directions=4",
+        "tuning.top=2",
+        "selection.candidates=2",
+        "front-end.standardise=true",
+        "front-end.belief=learned",
+        "front-end.columns=auto",
+        "front-end.degree=2",
+        "front-end.weighting=2.0",
+        "front-end.pairs=900",
+        "front-end.refit-every=2",
+    ];
+    one_seed_fixes_a_run("cartpole-sr-sm-b13", "12", 6, &settings);
+    // Agents in turn, on one memory.
+    let settings = ["front-end.belief=learned", "front-end.refit-every=1"];
+    one_seed_fixes_a_run("pendulum-original-b13", "8", 4, &settings);
+}
+
 #[cfg(feature = "mujoco")]
 #[test]
 fn one_seed_fixes_a_run_on_mujoco() {

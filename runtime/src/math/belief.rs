@@ -66,7 +66,7 @@ pub fn changes(sums: &mut [f32], variables: &[f32], degree: u8, coefficients: &[
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "these values are exact")]
+#[expect(clippy::float_cmp, reason = "the bits are the definition")]
 mod tests {
     extern crate std;
     use std::vec::Vec;
