@@ -2,11 +2,17 @@
 
 use sha2::{Digest as _, Sha256};
 
+use tpg_runtime::blob::{OLDEST_VERSION, VERSION};
+
 use crate::config::Config;
 
 /// What a run's hashes have in common, found once for a run.
 #[derive(Debug, Clone)]
-pub(super) struct Provenance(Sha256);
+pub(super) struct Provenance {
+    run: Sha256,
+    /// Version of the policies' format.
+    format: u16,
+}
 
 impl Provenance {
     /// Threads, budget and paths are no part of it: they do not change a policy. `task` is what fixes the task.
@@ -19,14 +25,20 @@ impl Provenance {
         // Writing a configuration as TOML cannot fail: it holds tables, numbers and text alone.
         hasher.update(toml::to_string(&config).unwrap_or_default());
         hasher.update(seed.to_le_bytes());
-        Provenance(hasher)
+        Provenance {
+            run: hasher,
+            format: match config.front_end.is_on() {
+                true => VERSION,
+                false => OLDEST_VERSION,
+            },
+        }
     }
 
     /// First half of SHA-256 over configuration, seed, generation and format version.
     pub(super) fn of(&self, generation: u64) -> [u8; 16] {
-        let mut hasher = self.0.clone();
+        let mut hasher = self.run.clone();
         hasher.update(generation.to_le_bytes());
-        hasher.update(tpg_runtime::blob::VERSION.to_le_bytes());
+        hasher.update(self.format.to_le_bytes());
         let digest: [u8; 32] = hasher.finalize().into();
         digest.first_chunk::<16>().copied().unwrap_or_default()
     }
