@@ -34,11 +34,12 @@ enum Measure {
 }
 
 impl Progress {
-    /// In generations or seconds.
+    /// In generations, or the decimal logarithm of seconds: variants that train as many generations differ in time by orders
+    /// of magnitude.
     fn of(self, point: &CurvePoint) -> f64 {
         match self {
             Progress::Generations => point.generation as f64,
-            Progress::Time => point.seconds,
+            Progress::Time => point.seconds.max(1e-3).log10(),
         }
     }
 }
@@ -120,17 +121,21 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
     let groups: Vec<&Group> = results.of_task(task).collect();
     let end = match progress {
         Progress::Generations => common_end(&groups, progress),
-        // Variants that train as many generations differ in time: each is drawn as long as all its runs last.
+        // Each variant is drawn as long as all its runs last.
         Progress::Time => {
             let ends = groups.iter().map(|group| common_end(&[*group], progress));
             ends.fold(f64::NEG_INFINITY, f64::max)
         }
     };
-    let (unit, x_label) = match progress {
-        Progress::Generations => (1.0, "generation"),
-        Progress::Time if end >= 3600.0 => (3600.0, "hours of training"),
-        Progress::Time if end >= 60.0 => (60.0, "minutes of training"),
-        Progress::Time => (1.0, "seconds of training"),
+    let (unit, x_label, x_ticks) = match progress {
+        Progress::Generations => (0.0, "generation", Ticks::Numbers),
+        Progress::Time if end >= 3600f64.log10() => {
+            (3600f64.log10(), "hours of training", Ticks::Logarithms)
+        }
+        Progress::Time if end >= 60f64.log10() => {
+            (60f64.log10(), "minutes of training", Ticks::Logarithms)
+        }
+        Progress::Time => (0.0, "seconds of training", Ticks::Logarithms),
     };
     let marks = groups.iter().map(|group| {
         let end = match progress {
@@ -146,14 +151,14 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
                 .filter(|y| y.is_finite())
                 .collect();
             let [low, middle, high] = spread(&values, band)?;
-            Some([x / unit, low, middle, high])
+            Some([x - unit, low, middle, high])
         });
         Mark::Line(Look::new(group.series), points.collect())
     });
     let marks = marks.collect();
     let starts = groups.iter().map(|group| start(&group.runs, progress));
-    let from = starts.fold(f64::INFINITY, f64::min) / unit;
-    let to = end / unit;
+    let from = starts.fold(f64::INFINITY, f64::min) - unit;
+    let to = end - unit;
     let runs = groups.iter().map(|group| group.runs.len());
     let runs = match (runs.clone().min(), runs.max()) {
         (Some(least), Some(most)) if least != most => format!("{least}–{most} runs"),
@@ -165,7 +170,7 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
         x_label: x_label.to_owned(),
         y_label: measure.label().to_owned(),
         x: axis(from, to),
-        x_ticks: Ticks::Numbers,
+        x_ticks,
         marks,
     }
 }

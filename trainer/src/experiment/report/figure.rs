@@ -73,6 +73,8 @@ pub(super) enum Ticks {
     Numbers,
     /// Round numbers, without fractions.
     Whole,
+    /// The numbers whose decimal logarithms the axis shows.
+    Logarithms,
     /// Every whole number, modulo this.
     Modulo(usize),
 }
@@ -169,16 +171,17 @@ impl Panel {
             .build_cartesian_2d(self.x.clone(), self.y_range())?;
         let x_tick = |x: &f64| match self.x_ticks {
             Ticks::Numbers => tick(*x),
+            Ticks::Logarithms => tick(two_digits(10f64.powf(*x))),
             Ticks::Whole if (x - x.round()).abs() > 1e-6 => String::new(),
             Ticks::Whole => tick(x.round()),
             Ticks::Modulo(n) => (x.round() as usize % n).to_string(),
         };
         let x_ticks = match self.x_ticks {
-            Ticks::Numbers | Ticks::Whole => 5,
+            Ticks::Numbers | Ticks::Whole | Ticks::Logarithms => 5,
             Ticks::Modulo(_) => 30,
         };
         let small = match self.x_ticks {
-            Ticks::Numbers | Ticks::Whole => TEXT - 2,
+            Ticks::Numbers | Ticks::Whole | Ticks::Logarithms => TEXT - 2,
             Ticks::Modulo(_) => TEXT - 5,
         };
         chart
@@ -300,13 +303,21 @@ fn tick(value: f64) -> String {
     format!("{text}{unit}")
 }
 
+/// A positive number rounded to two significant digits.
+fn two_digits(value: f64) -> f64 {
+    let digit = 10f64.powf(value.log10().floor() - 1.0);
+    (value / digit).round() * digit
+}
+
 #[cfg(test)]
 mod tests {
-    use super::tick;
+    use super::{tick, two_digits};
 
     #[test]
     fn numbers_on_axes_are_short() {
         let texts = [0.1 + 0.2, -1e-9, 350.0, 25_000.0, -12_500_000.0].map(tick);
         assert_eq!(texts, ["0.3", "0", "350", "25k", "-12.5M"]);
+        let texts = [0.3162, 3.162, 31.62, 1000.0].map(|x| tick(two_digits(x)));
+        assert_eq!(texts, ["0.32", "3.2", "32", "1000"]);
     }
 }
