@@ -18,8 +18,8 @@ enum Place {
     Maths,
     /// The rest of the runtime.
     Runtime,
-    /// f64 physics.
-    Physics,
+    /// The host's own f64: physics, statistics, and the fit of front ends.
+    Host,
     /// Everything else.
     Outside,
 }
@@ -29,8 +29,11 @@ fn place(path: &str) -> Place {
         Place::Maths
     } else if path.starts_with("runtime/src/") {
         Place::Runtime
-    } else if path.starts_with("trainer/src/task/") {
-        Place::Physics
+    } else if ["task/", "stats/", "frontend/"]
+        .iter()
+        .any(|folder| path.starts_with(&format!("trainer/src/{folder}")))
+    {
+        Place::Host
     } else {
         Place::Outside
     }
@@ -89,7 +92,7 @@ impl Checker<'_> {
     }
 
     fn word(&mut self, word: &str) {
-        let allowed = matches!(self.place, Place::Maths | Place::Physics);
+        let allowed = matches!(self.place, Place::Maths | Place::Host);
         if word == "libm" && !allowed {
             self.fault("`libm` outside the runtime's maths");
         }
