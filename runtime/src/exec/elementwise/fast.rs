@@ -1,0 +1,123 @@
+//! Each operation with loops of its own, unrolled for the width.
+
+use core::cell::Cell;
+
+use crate::exec::rows::{matrix, put_row, vector};
+use crate::exec::scalars::load;
+use crate::math;
+
+/// `f` of every pair of elements of two vectors.
+#[inline(always)]
+pub(in crate::exec) fn zip_vector<const W: usize>(
+    words: &mut [f32],
+    [d, a, b]: [usize; 3],
+    f: impl Fn(f32, f32) -> f32,
+) {
+    let value = math::zip(vector::<W>(words, a), vector::<W>(words, b), f);
+    put_row(words, d, &value);
+}
+
+/// `f` of every element of a vector.
+#[inline(always)]
+pub(in crate::exec) fn map_vector<const W: usize>(
+    words: &mut [f32],
+    [d, a]: [usize; 2],
+    f: impl Fn(f32) -> f32,
+) {
+    let value = math::map(vector::<W>(words, a), f);
+    put_row(words, d, &value);
+}
+
+/// Every element of a vector times a scalar.
+#[inline(always)]
+pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
+    let s = load(words, s);
+    map_vector::<W>(words, [d, x].map(usize::from), |x| math::mul(s, x));
+}
+
+/// `f` of every pair of elements of two matrices, four at a time.
+#[inline(always)]
+pub(in crate::exec) fn zip_matrix<const W: usize>(
+    words: &mut [f32],
+    [d, a, b]: [usize; 3],
+    f: impl Fn(f32, f32) -> f32,
+) {
+    let words = Cell::from_mut(words).as_slice_of_cells();
+    let part = |at: usize| {
+        words
+            .get(at..)
+            .and_then(|rest| rest.get(..W * W))
+            .unwrap_or_default()
+            .as_chunks::<4>()
+    };
+    let (d, a, b) = (part(d), part(a), part(b));
+    for ((d, a), b) in d.0.iter().zip(a.0).zip(b.0) {
+        put(d, &math::zip(&get(a), &get(b), &f));
+    }
+    for ((d, a), b) in d.1.iter().zip(a.1).zip(b.1) {
+        d.set(f(a.get(), b.get()));
+    }
+}
+
+/// `f` of every element of a matrix, four at a time.
+#[inline(always)]
+pub(in crate::exec) fn map_matrix<const W: usize>(
+    words: &mut [f32],
+    [d, a]: [usize; 2],
+    f: impl Fn(f32) -> f32,
+) {
+    zip_matrix::<W>(words, [d, a, a], |x, _| f(x));
+}
+
+/// `f` of a vector.
+#[inline(always)]
+pub(in crate::exec) fn reduce_vector<const W: usize>(
+    words: &mut [f32],
+    [d, a]: [usize; 2],
+    f: impl Fn(&[f32]) -> f32,
+) {
+    put_row(words, d, &[f(vector::<W>(words, a))]);
+}
+
+/// `f` of every row of a matrix.
+#[inline(always)]
+pub(in crate::exec) fn reduce_rows<const W: usize>(
+    words: &mut [f32],
+    [d, a]: [usize; 2],
+    f: impl Fn(&[f32]) -> f32,
+) {
+    if let Some(rows) = matrix::<W>(words, a) {
+        put_row(words, d, &rows.each_ref().map(|row| f(row)));
+    }
+}
+
+/// `f` of all elements of a matrix.
+#[inline(always)]
+pub(in crate::exec) fn reduce_matrix<const W: usize>(
+    words: &mut [f32],
+    [d, a]: [usize; 2],
+    f: impl Fn(&[f32]) -> f32,
+) {
+    if let Some(rows) = matrix::<W>(words, a) {
+        put_row(words, d, &[f(rows.as_flattened())]);
+    }
+}
+
+/// Every element of a matrix times a scalar.
+#[inline(always)]
+pub(in crate::exec) fn scale_matrix<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
+    let s = load(words, s);
+    map_matrix::<W>(words, [d, x].map(usize::from), |x| math::mul(s, x));
+}
+
+#[inline(always)]
+fn get(four: &[Cell<f32>; 4]) -> [f32; 4] {
+    four.each_ref().map(Cell::get)
+}
+
+#[inline(always)]
+fn put(four: &[Cell<f32>; 4], value: &[f32; 4]) {
+    for (place, value) in four.iter().zip(value) {
+        place.set(*value);
+    }
+}
