@@ -83,6 +83,9 @@ fn one_seed_fixes_a_tuned_run() {
         "tuning.margin=0.1",
         "tuning.grow-after=8",
         "tuning.grow-to=6",
+        "tuning.remember-after=12",
+        "tuning.one-after=30",
+        "evolution.team.remember=0.1",
         "selection.candidates=3",
         "selection.every=2",
         "selection.episodes=6",
@@ -111,6 +114,16 @@ fn one_seed_fixes_a_run_that_learns_to_perceive() {
         "front-end.refit-every=2",
     ];
     one_seed_fixes_a_run("cartpole-sr-sm-b13", "12", 6, &settings);
+    // Stages in which everybody is scored again.
+    let settings = [
+        "evaluation.curriculum.steps=30000",
+        "evaluation.curriculum.stages=3",
+        "evaluation.elites=2",
+        "tuning.lines=1",
+        "selection.candidates=2",
+        "front-end.belief=learned",
+    ];
+    one_seed_fixes_a_run("cartpole-sr-sm-b13", "12", 8, &settings);
     // Agents in turn, on one memory.
     let settings = ["front-end.belief=learned", "front-end.refit-every=1"];
     one_seed_fixes_a_run("pendulum-original-b13", "8", 4, &settings);

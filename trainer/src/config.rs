@@ -11,4 +11,4 @@ pub use blueprint::Blueprint;
 pub(crate) use layers::nearest;
 pub use layers::{ConfigError, resolve};
 pub use preset::{Preset, presets};
-pub use schema::{Config, EvaluationConfig, PolicyConfig, SelectionParams};
+pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, SelectionParams};

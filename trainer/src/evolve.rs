@@ -5,6 +5,7 @@ mod grow;
 mod linear;
 mod params;
 mod population;
+mod remember;
 mod rewrite;
 mod select;
 mod vary;
@@ -16,6 +17,7 @@ pub use grow::grow;
 pub use linear::{linear_ops, linear_team};
 pub use params::{ConstantParams, EvolutionParams, Initial, ProgramParams, SizeRange, TeamParams};
 pub use population::Population;
+pub use remember::{memory_ops, remember};
 pub use rewrite::{Constants, rewrite_constants};
 pub use select::{rank, select};
 pub use vary::{Child, Variation};
@@ -62,6 +64,7 @@ pub(crate) mod tests {
                 mutate: 0.0,
                 reset: 0.1,
                 grow: 0.0,
+                remember: 0.0,
             },
             program: ProgramParams {
                 size: SizeRange {

@@ -1,6 +1,7 @@
 //! A training run: the only place that wires tasks, scoring and evolution.
 
 mod checkpoint;
+mod curriculum;
 mod perception;
 mod provenance;
 mod race;
@@ -128,6 +129,8 @@ pub struct Session {
     overhead: Overhead,
     lines: Vec<Tuned>,
     race: Race,
+    /// Stage of the curriculum in which scores were found.
+    stage: u32,
     /// Learns what policies perceive; `None` if they see observations as they are.
     learner: Option<Learner>,
 }
@@ -176,6 +179,7 @@ impl Session {
             overhead: Overhead::default(),
             lines: Vec::new(),
             race: Race::default(),
+            stage: 0,
         })
     }
 
@@ -249,6 +253,7 @@ impl Session {
         self.overhead.variation += started.elapsed();
         let mut tally = Tally::default();
         let made = newcomers.len();
+        newcomers.extend(self.rise(pool));
         pool.record(self.learner.is_some());
         newcomers.extend(self.elites());
         newcomers.extend(self.tune(pool, &mut tally));

@@ -5,7 +5,7 @@ use tpg_runtime::isa::Op;
 
 use super::blueprint::value;
 use super::{Config, ConfigError, SelectionParams};
-use crate::evolve::{Initial, linear_ops};
+use crate::evolve::{Initial, linear_ops, memory_ops};
 use crate::lower::Contract;
 use crate::tune::TuningParams;
 
@@ -13,6 +13,8 @@ use crate::tune::TuningParams;
 pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
     check_initial(config.evolution.initial, contract, ops)?;
     check_tuning(&config.tuning, contract)?;
+    check_memory(config, contract, ops)?;
+    check_curriculum(config, contract)?;
     check_selection(&config.selection)?;
     let (alive, control) = (
         config.evaluation.shaping.alive,
@@ -69,6 +71,61 @@ fn check_initial(initial: Initial, contract: &Contract, ops: &[Op]) -> Result<()
         return Err(value(key, name, why));
     }
     Ok(())
+}
+
+fn check_memory(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
+    let (rate, after) = (config.evolution.team.remember, config.tuning.remember_after);
+    let (key, text) = if after > 0 {
+        ("tuning.remember-after", after.to_string())
+    } else if rate > 0.0 {
+        ("evolution.team.remember", rate.to_string())
+    } else {
+        return Ok(());
+    };
+    let needed = memory_ops(contract.shape.actions);
+    if let Some(missing) = needed.into_iter().find(|op| !ops.contains(op)) {
+        let missing = missing.mnemonic();
+        let why = format!("needs the operation {missing}, which is in none of policy.groups");
+        return Err(value(key, &text, why));
+    }
+    if contract.register_mode == RegisterMode::Stateless
+        || contract.initial_values == InitialValues::Zero
+    {
+        let why = "memory lies in registers that keep their values: it needs policy.register-mode = \"stateful\" and \
+                   policy.initial-values = \"evolved\"";
+        return Err(value(key, &text, why));
+    }
+    Ok(())
+}
+
+fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigError> {
+    let curriculum = &config.evaluation.curriculum;
+    let shared = matches!(
+        contract.reset_scope,
+        ResetScope::Original | ResetScope::PerGeneration
+    );
+    let blackout = |o: &String| o.starts_with("blackout");
+    let (key, steps) = ("evaluation.curriculum.steps", curriculum.steps.to_string());
+    if curriculum.steps == 0 {
+        Ok(())
+    } else if curriculum.stages == 0 {
+        Err(value(
+            "evaluation.curriculum.stages",
+            "0",
+            "must be at least 1",
+        ))
+    } else if shared {
+        let why = "all agents are scored again at each stage, which none can be where agents share one memory";
+        Err(value(key, &steps, why))
+    } else if !config.observability.iter().any(blackout) {
+        Err(value(
+            key,
+            &steps,
+            "there is no blackout in observability to begin without",
+        ))
+    } else {
+        Ok(())
+    }
 }
 
 fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), ConfigError> {

@@ -5,7 +5,7 @@ use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::Section;
 
 use super::layers::nearest;
-use super::{Config, ConfigError, SelectionParams, beyond, front_end};
+use super::{Config, ConfigError, Curriculum, SelectionParams, beyond, front_end};
 use crate::eval::{Arena, Shaping};
 use crate::evolve::{EvolutionParams, Genes, Shape, SizeRange};
 use crate::frontend::{self, FrontEndParams};
@@ -34,6 +34,8 @@ pub struct Blueprint {
     pub elites: u32,
     /// What of the reward the fitness of training counts.
     pub shaping: Shaping,
+    /// How blackouts become as frequent as the task says.
+    pub curriculum: Curriculum,
     /// Rates and sizes of evolution.
     pub params: EvolutionParams,
     /// How evolved constants are tuned.
@@ -122,6 +124,7 @@ impl Blueprint {
             episodes: config.evaluation.episodes,
             elites: config.evaluation.elites,
             shaping: config.evaluation.shaping,
+            curriculum: config.evaluation.curriculum,
             params: config.evolution,
             tuning: config.tuning,
             selection: config.selection,
@@ -352,6 +355,7 @@ fn check_params(config: &Config) -> Result<(), ConfigError> {
         ("evolution.team.mutate", team.mutate),
         ("evolution.team.reset", team.reset),
         ("evolution.team.grow", team.grow),
+        ("evolution.team.remember", team.remember),
         ("evolution.program.code", program.code),
         ("evolution.program.change", program.change),
         ("evolution.program.swap", program.swap),

@@ -71,6 +71,44 @@ pub struct EvaluationConfig {
     /// What of the reward the fitness of training counts.
     #[serde(default, skip_serializing_if = "Shaping::is_default")]
     pub shaping: Shaping,
+    /// How blackouts become as frequent as the task says.
+    #[serde(default, skip_serializing_if = "Curriculum::is_default")]
+    pub curriculum: Curriculum,
+}
+
+/// Training begins with everything visible; blackouts come in equal stages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Curriculum {
+    /// Environment steps of training after which blackouts are as frequent as the task says; 0: from the start.
+    pub steps: u64,
+    /// Stages before that; in stage k of n a blackout is k/n times as probable, k from 0.
+    pub stages: u32,
+}
+
+impl Default for Curriculum {
+    fn default() -> Self {
+        Curriculum {
+            steps: 0,
+            stages: 4,
+        }
+    }
+}
+
+impl Curriculum {
+    /// Whether nothing differs from the defaults, which configurations leave out.
+    #[must_use]
+    pub fn is_default(&self) -> bool {
+        *self == Curriculum::default()
+    }
+
+    /// The stage that begins after so many steps; the last is that of the task itself.
+    #[must_use]
+    pub fn stage(&self, steps: u64) -> u32 {
+        let stages = u64::from(self.stages);
+        let reached = steps.saturating_mul(stages).checked_div(self.steps);
+        reached.map_or(self.stages, |stage| stage.min(stages) as u32)
+    }
 }
 
 /// The write distribution of the thesis, which configurations leave out.
@@ -119,5 +157,21 @@ impl SelectionParams {
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == SelectionParams::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_are_equal_parts_of_the_steps_and_the_last_one_lasts() {
+        let curriculum = Curriculum {
+            steps: 1000,
+            stages: 4,
+        };
+        let stages = [0, 249, 250, 999, 1000, u64::MAX].map(|steps| curriculum.stage(steps));
+        assert_eq!(stages, [0, 0, 1, 3, 4, 4]);
+        assert_eq!(Curriculum::default().stage(0), 4, "off");
     }
 }

@@ -81,6 +81,12 @@ impl Pool {
         self.arenas.iter_mut().for_each(|arena| arena.record(on));
     }
 
+    /// Makes blackouts `stage`/`stages` times as probable as the task says, until this is called again.
+    pub fn ease(&mut self, stage: u32, stages: u32) {
+        let arenas = self.arenas.iter_mut();
+        arenas.for_each(|arena| arena.ease(stage, stages));
+    }
+
     /// What was recorded since the last call, in the order of policies and episodes.
     pub fn take_recordings(&mut self) -> Vec<Recording> {
         std::mem::take(&mut self.recordings)

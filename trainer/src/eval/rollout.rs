@@ -124,6 +124,11 @@ impl Arena {
         self.recorder = on.then(|| Recorder::new(self.seen.len(), spec.actions, spec.max_steps));
     }
 
+    /// Makes blackouts `stage`/`stages` times as probable as the task says, until this is called again.
+    pub fn ease(&mut self, stage: u32, stages: u32) {
+        self.wrappers.ease(stage, stages);
+    }
+
     /// What the last episode showed, if it was recorded.
     #[must_use]
     pub fn recording(&self) -> Option<Recording> {

@@ -49,30 +49,45 @@ struct Free {
     product: Option<u8>,
 }
 
-impl Free {
-    fn of(code: &[Instruction]) -> Option<Free> {
-        // The bid and the outputs are taken in any case.
-        let mut named = [0b11u8, 0b10];
-        for instruction in code {
-            match instruction.op.destination() {
-                Destination::S | Destination::SUpdate => named[0] |= 1 << instruction.destination,
-                Destination::V => named[1] |= 1 << instruction.destination,
-                _ => {}
-            }
-            let kinds = instruction.op.operands();
-            for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
-                let section = match kind {
-                    _ if source.observed => continue,
-                    Operand::S => Section::Scalar,
-                    Operand::SOrVElement if !source.of_vector => Section::Scalar,
-                    Operand::V | Operand::VElement | Operand::SOrVElement => Section::Vector,
-                    _ => continue,
-                };
-                named[section as usize] |= 1 << source.register;
+/// The registers of a section that code does not name; those of the bid and of the outputs are taken in any case.
+pub(super) fn unnamed(code: &[Instruction], section: Section) -> impl Iterator<Item = u8> {
+    let mut named = match section {
+        Section::Scalar => 0b11u8,
+        Section::Vector => 0b10,
+        Section::Matrix => 0,
+    };
+    for instruction in code {
+        let written = match instruction.op.destination() {
+            Destination::S | Destination::SUpdate => Some(Section::Scalar),
+            Destination::V => Some(Section::Vector),
+            Destination::M => Some(Section::Matrix),
+            Destination::None => None,
+        };
+        if written == Some(section) {
+            named |= 1 << instruction.destination;
+        }
+        let kinds = instruction.op.operands();
+        for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
+            let read = match kind {
+                _ if source.observed => continue,
+                Operand::S => Section::Scalar,
+                Operand::SOrVElement if !source.of_vector => Section::Scalar,
+                Operand::V | Operand::VElement | Operand::SOrVElement => Section::Vector,
+                Operand::M | Operand::MElement => Section::Matrix,
+                _ => continue,
+            };
+            if read == section {
+                named |= 1 << source.register;
             }
         }
-        let mut scalars = (0..REGISTERS as u8).filter(|k| named[0] & (1 << k) == 0);
-        let vector = (0..REGISTERS as u8).find(|k| named[1] & (1 << k) == 0)?;
+    }
+    (0..REGISTERS as u8).filter(move |k| named & (1 << k) == 0)
+}
+
+impl Free {
+    fn of(code: &[Instruction]) -> Option<Free> {
+        let mut scalars = unnamed(code, Section::Scalar);
+        let vector = unnamed(code, Section::Vector).next()?;
         let offset = scalars.next()?;
         // What only adds to the bid would let a stateful one grow without end.
         let computed = code

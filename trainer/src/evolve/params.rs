@@ -87,6 +87,9 @@ pub struct TeamParams {
     /// Cloning a program inside the team, with a bid of its own.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub grow: f64,
+    /// Giving a program of the team a memory of what it has observed.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub remember: f64,
 }
 
 /// How programs vary; rates are probabilities for each program that is mutated.

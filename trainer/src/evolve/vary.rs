@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::genome::{Source, random_atomic};
 use super::{
     Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
-    TeamId, grow, rank,
+    TeamId, grow, rank, remember,
 };
 use crate::task::Rng;
 
@@ -59,6 +59,12 @@ impl Variation<'_> {
         let (growth, max) = (self.params.team.grow, self.params.team.size.max as usize);
         if growth > 0.0 && rng.chance(growth) && team.members.len() < max {
             grow(population, &mut team, self.genes, rng);
+        }
+        if self.params.team.remember > 0.0 && rng.chance(self.params.team.remember) {
+            let at = rng.below(team.members.len() as u64) as usize;
+            if let Some(member) = remember(population, team.members[at], self.genes) {
+                team.members[at] = member;
+            }
         }
         if !team.memory.is_empty() && rng.chance(self.params.constants.mutate) {
             team.memory = self.mutate_constants(&team.memory, rng);

@@ -14,7 +14,7 @@ use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRu
 use crate::frontend::Learner;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const DIGEST_BYTES: usize = 32;
 
 /// Why a checkpoint could not be written or read.
@@ -78,6 +78,7 @@ struct Stored {
     constants: Vec<Arc<[f32]>>,
     lines: Vec<Tuned>,
     race: Race,
+    stage: u32,
     learner: Option<Learner>,
 }
 
@@ -112,6 +113,7 @@ pub struct Snapshot {
     medians: [Option<f64>; 2],
     lines: Vec<Tuned>,
     race: Race,
+    stage: u32,
     learner: Option<Learner>,
 }
 
@@ -132,6 +134,7 @@ impl Snapshot {
             medians: session.medians,
             lines: session.lines.clone(),
             race: session.race.clone(),
+            stage: session.stage,
             learner: session.learner.clone(),
         }
     }
@@ -202,6 +205,7 @@ impl Snapshot {
             constants: blocks.blocks,
             lines: self.lines,
             race: self.race,
+            stage: self.stage,
             learner: self.learner,
         };
         postcard::to_stdvec(&stored).map_err(|e| e.to_string())
@@ -298,6 +302,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
         medians: stored.medians,
         lines: stored.lines,
         race: stored.race,
+        stage: stored.stage,
         learner: stored.learner,
         ..session.map_err(|e| e.to_string())?
     })

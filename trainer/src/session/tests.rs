@@ -1,18 +1,133 @@
 //! What a session does between generations that no file shows.
 
-use tpg_runtime::Policy;
 use tpg_runtime::blob::ResetScope;
+use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
 use super::{Session, Tally};
 use crate::config::{Preset, resolve};
-use crate::evolve::ResetRule;
+use crate::evolve::{ResetRule, TeamId};
 use crate::lower::Mode;
+use crate::task::Rng;
 
 fn session(preset: &str) -> Session {
+    session_with(preset, &[])
+}
+
+fn session_with(preset: &str, settings: &[&str]) -> Session {
     let preset = Preset::find(preset).expect("a preset");
-    let small = ["evolution.population=20", "evolution.children=20"].map(str::to_owned);
-    let config = resolve(&preset, None, &small).expect("complete");
+    let small = ["evolution.population=20", "evolution.children=20"];
+    let all: Vec<String> = small
+        .iter()
+        .chain(settings)
+        .map(|s| (*s).to_owned())
+        .collect();
+    let config = resolve(&preset, None, &all).expect("complete");
     Session::new(config, 3).expect("sensible")
+}
+
+/// What a root does about 200 drawn observations, in bits, and how many constants can be tuned.
+fn behaviour(session: &Session, root: TeamId) -> (Vec<u32>, usize) {
+    let blob = session.export(root, session.generation, None, Mode::Compact);
+    let blob = blob.expect("small enough");
+    let policy = Policy::load(&blob).expect("valid");
+    let inputs = usize::from(policy.header().observation_len);
+    let mut agent = Box::new(HostAgent::new(policy).expect("small enough"));
+    agent.reset(Reset::Agent, 1);
+    let mut rng = Rng::new(1);
+    let mut bits = Vec::new();
+    for _ in 0..200 {
+        let observation: Vec<f32> = (0..inputs).map(|_| rng.normal() as f32).collect();
+        match agent
+            .decide(&observation)
+            .expect("as long as it should be")
+            .action
+        {
+            Action::Discrete(k) => bits.push(u32::from(k)),
+            Action::Continuous(u) => bits.extend(u.iter().map(|x| x.to_bits())),
+        }
+    }
+    let read = session.tunable(root).expect("constants").values().len();
+    (bits, read)
+}
+
+/// Clones and memories begin without effect, and add constants that tuning can give them one by.
+#[test]
+fn what_a_line_grows_decides_as_before() {
+    for preset in [
+        "cartpole-champion",
+        "pendulum-champion",
+        #[cfg(feature = "mujoco")]
+        "hopper-champion-b23",
+    ] {
+        let stateful = [
+            "policy.register-mode=stateful",
+            "policy.reset-scope=per-episode",
+        ];
+        let mut session = session_with(preset, &stateful);
+        let mut pool = session.pool(1).expect("an arena");
+        for _ in 0..2 {
+            session.advance(&mut pool).expect("a generation");
+        }
+        let mut line = session.lines[0].clone();
+        let (before, read) = behaviour(&session, line.root);
+        assert!(
+            before.iter().any(|x| *x != before[0]),
+            "{preset} does one thing"
+        );
+        session.remember_line(&mut line);
+        let (remembers, more) = behaviour(&session, line.root);
+        assert_eq!(before, remembers, "{preset}");
+        assert!(more > read, "{preset} remembers nothing");
+        if preset == "cartpole-champion" {
+            // Its bids choose actions: a clone that bids differently changes what is chosen.
+            continue;
+        }
+        session.grow_line(&mut line, &mut Rng::new(2));
+        let (grown, most) = behaviour(&session, line.root);
+        assert_eq!(before, grown, "{preset}");
+        assert!(most > more, "{preset} did not grow");
+    }
+}
+
+#[test]
+fn after_their_trial_one_of_the_lines_goes_on() {
+    let settings = [
+        "tuning.lines=3",
+        "tuning.one-after=8",
+        "tuning.iterations=4",
+    ];
+    let mut session = session_with("cartpole-champion", &settings);
+    let mut pool = session.pool(1).expect("an arena");
+    let mut lines = Vec::new();
+    let mut best = None;
+    for _ in 0..5 {
+        let forms = session.lines.iter().filter_map(|line| line.form);
+        best = forms.max_by(f64::total_cmp).or(best);
+        session.advance(&mut pool).expect("a generation");
+        lines.push(session.lines.len());
+    }
+    // A generation without iterations comes first.
+    assert_eq!(lines, [3, 3, 3, 1, 1]);
+    assert!(best.is_some() && session.lines[0].iterations == 16);
+}
+
+/// A new stage forgets what was scored in an easier one.
+#[test]
+fn at_a_new_stage_everyone_is_scored_again() {
+    let settings = ["evaluation.curriculum.steps=12000", "evaluation.elites=1"];
+    let mut session = session_with("cartpole-sr-b23", &settings);
+    let mut pool = session.pool(1).expect("an arena");
+    let mut stages = vec![session.stage];
+    while session.stage < 4 {
+        session.advance(&mut pool).expect("a generation");
+        if stages.last() != Some(&session.stage) {
+            stages.push(session.stage);
+            let last = session.generation - 1;
+            let mut records = session.records.values();
+            assert!(records.all(|r| r.generation == last && r.scorings == 1));
+        }
+    }
+    assert!(stages.is_sorted() && stages.len() > 2, "{stages:?}");
 }
 
 /// The population's memory is wiped before a generation exactly if the median fell in the last one (T §2.7).

@@ -6,7 +6,7 @@ use tpg_runtime::rng::mix64;
 
 use super::{Newcomer, Session, Tally};
 use crate::eval::{Domain, Episode, Line, Pool, episode_seed};
-use crate::evolve::{Constants, Initial, Team, TeamId, grow, rewrite_constants};
+use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
 use crate::task::Rng;
 use crate::tune::{RecentMean, Search, Trial};
@@ -15,18 +15,23 @@ use crate::tune::{RecentMean, Search, Trial};
 const TUNING_STREAM: u64 = 5;
 /// Number of a generation's first episode of tuning: the scores' own are numbered from 0.
 const FIRST_EPISODE: u64 = 1 << 32;
+/// Weight of a generation's fitness in a line's form.
+const FORM: f64 = 0.25;
 
 /// A line: the agent that is tuned, which selection does not drop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tuned {
-    root: TeamId,
+    pub(super) root: TeamId,
     /// Root of the last mean over the line, protected until the next.
     mean_root: Option<TeamId>,
     mean: RecentMean,
-    iterations: u64,
+    pub(super) iterations: u64,
     grown: bool,
+    remembers: bool,
     /// Generations for which it has lain behind the best agent.
     behind: u32,
+    /// Moving average of its fitness, which a single score of few episodes would leave to luck.
+    pub(super) form: Option<f64>,
 }
 
 impl Tuned {
@@ -37,7 +42,9 @@ impl Tuned {
             mean: RecentMean::default(),
             iterations: 0,
             grown: false,
+            remembers: false,
             behind: 0,
+            form: None,
         }
     }
 
@@ -48,7 +55,7 @@ impl Tuned {
 }
 
 /// The constants of an agent that decisions depend on.
-struct Tunable {
+pub(super) struct Tunable {
     template: Vec<u8>,
     /// The whole table of constants, and what of it is read.
     table: Vec<f32>,
@@ -58,7 +65,7 @@ struct Tunable {
 
 impl Tunable {
     /// Those constants, in the order of the table.
-    fn values(&self) -> Vec<f32> {
+    pub(super) fn values(&self) -> Vec<f32> {
         self.read.iter().map(|k| self.table[*k]).collect()
     }
 
@@ -105,10 +112,12 @@ impl Session {
             return;
         }
         if self.generation == 0 {
-            // Nothing is scored yet: only a linear policy is worth protecting.
-            if self.blueprint.params.initial != Initial::Random {
-                self.lines
-                    .extend(self.population.roots.first().copied().map(Tuned::new));
+            // Nothing is scored yet: only a linear policy is worth protecting. Lines that begin alike part by their directions.
+            if let (true, Some(root)) = (
+                self.blueprint.params.initial != Initial::Random,
+                self.population.roots.first(),
+            ) {
+                self.lines = vec![Tuned::new(*root); params.lines as usize];
             }
             return;
         }
@@ -121,11 +130,26 @@ impl Session {
                 line.behind = if behind { line.behind + 1 } else { 0 };
             }
         }
+        for line in &mut self.lines {
+            if let Some(record) = self.records.get(&line.root) {
+                let before = line.form.unwrap_or(record.fitness);
+                line.form = Some(before + FORM * (record.fitness - before));
+            }
+        }
+        let mut wanted = params.lines as usize;
+        let after = u64::from(params.one_after);
+        if after > 0 && self.lines.iter().any(|line| line.iterations >= after) {
+            wanted = 1;
+            let form = |line: &Tuned| line.form.unwrap_or(f64::NEG_INFINITY);
+            // A stable sort: of equals the older line goes on.
+            self.lines.sort_by(|a, b| form(b).total_cmp(&form(a)));
+            self.lines.truncate(wanted);
+        }
         if params.patience > 0 {
             self.lines.retain(|line| line.behind < params.patience);
         }
         for (root, _) in ranking {
-            if self.lines.len() >= params.lines as usize {
+            if self.lines.len() >= wanted {
                 break;
             }
             if !self.tuned().any(|tuned| tuned == root) {
@@ -144,9 +168,15 @@ impl Session {
         tally: &mut Tally,
     ) -> Vec<TeamId> {
         let params = self.blueprint.tuning;
-        let due = params.grow_after > 0 && line.iterations >= u64::from(params.grow_after);
-        if due && !line.grown {
+        let due = |after: u32| after > 0 && line.iterations >= u64::from(after);
+        let (growth, memory) = (due(params.grow_after), due(params.remember_after));
+        if growth && !line.grown {
+            line.grown = true;
             self.grow_line(line, rng);
+        }
+        if memory && !line.remembers {
+            line.remembers = true;
+            self.remember_line(line);
         }
         let Some(tunable) = self.tunable(line.root) else {
             line.behind = u32::MAX;
@@ -174,8 +204,7 @@ impl Session {
     }
 
     /// Clones programs inside the line's team, each with a bid of its own; all of its constants are tuned from here on.
-    fn grow_line(&mut self, line: &mut Tuned, rng: &mut Rng) {
-        line.grown = true;
+    pub(super) fn grow_line(&mut self, line: &mut Tuned, rng: &mut Rng) {
         let mut team = Team::clone(self.population.team(line.root));
         let size = self.blueprint.tuning.grow_to as usize;
         let mut grew = false;
@@ -190,8 +219,23 @@ impl Session {
         }
     }
 
+    /// Gives each program of the line's team that has the registers a memory of what it observed.
+    pub(super) fn remember_line(&mut self, line: &mut Tuned) {
+        let mut team = Team::clone(self.population.team(line.root));
+        let before = team.members.clone();
+        for member in &mut team.members {
+            if let Some(copy) = remember(&mut self.population, *member, &self.blueprint.genes) {
+                *member = copy;
+            }
+        }
+        if team.members != before {
+            line.root = self.population.add_team(team);
+            line.mean = RecentMean::default();
+        }
+    }
+
     /// What of an agent can be tuned; `None` if nothing, or if the agent is too large to be scored.
-    fn tunable(&self, root: TeamId) -> Option<Tunable> {
+    pub(super) fn tunable(&self, root: TeamId) -> Option<Tunable> {
         let template = self
             .export(root, self.generation, None, Mode::Compact)
             .ok()?;

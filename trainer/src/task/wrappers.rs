@@ -11,6 +11,8 @@ pub struct Wrappers {
     kept: Vec<usize>,
     /// For each blackout, the words that stand for it: those below the threshold.
     thresholds: Vec<u128>,
+    /// The same in the stage of a curriculum that training is in.
+    eased: Vec<u128>,
 }
 
 impl Wrappers {
@@ -49,8 +51,15 @@ impl Wrappers {
         Ok(Self {
             inputs,
             kept,
+            eased: thresholds.clone(),
             thresholds,
         })
+    }
+
+    /// Makes blackouts `stage`/`stages` times as probable as the stack says.
+    pub fn ease(&mut self, stage: u32, stages: u32) {
+        let share = |threshold: &u128| threshold * u128::from(stage) / u128::from(stages.max(1));
+        self.eased = self.thresholds.iter().map(share).collect();
     }
 
     /// The channels that are left, in order.
@@ -65,7 +74,7 @@ impl Wrappers {
     /// for each of [`inputs`](Self::inputs); of a slice with another length only the common part is written.
     pub fn apply(&mut self, full: &[f32], out: &mut [f32], rng: &mut Rng) {
         let mut dark = false;
-        for &threshold in &self.thresholds {
+        for &threshold in &self.eased {
             dark |= u128::from(rng.word()) < threshold;
         }
         for (out, &index) in out.iter_mut().zip(&self.kept) {
@@ -152,6 +161,35 @@ mod tests {
                 "{text}: {dark} of {STEPS}"
             );
         }
+    }
+
+    #[test]
+    fn eased_blackouts_come_less_often_and_strike_none_that_the_task_spares() {
+        let spec = CartPole::new();
+        let full = vec![1.0; spec.spec().inputs.len()];
+        let blanks = |stage: u32| -> Vec<bool> {
+            let mut wrappers = wrappers("blackout:2/3").unwrap();
+            wrappers.ease(stage, 4);
+            let (mut rng, mut seen) = (Rng::new(3), full.clone());
+            let mut blank = || {
+                wrappers.apply(&full, &mut seen, &mut rng);
+                seen[0] == 0.0
+            };
+            (0..6000).map(|_| blank()).collect()
+        };
+        let all = blanks(4);
+        for stage in 0..=4 {
+            let eased = blanks(stage);
+            let count = eased.iter().filter(|blank| **blank).count();
+            assert!(
+                count.abs_diff(1000 * stage as usize) < 120,
+                "{stage}: {count}"
+            );
+            assert!(eased.iter().zip(&all).all(|(eased, all)| !eased || *all));
+        }
+        let mut whole = wrappers("blackout:2/3").unwrap();
+        whole.ease(4, 4);
+        assert_eq!(whole.eased, wrappers("blackout:2/3").unwrap().eased);
     }
 
     #[test]

@@ -30,6 +30,10 @@ pub struct TuningParams {
     pub grow_after: u32,
     /// Programs of a team that has grown.
     pub grow_to: u32,
+    /// Iterations after which only the best line goes on; 0 stands for never.
+    pub one_after: u32,
+    /// Iterations after which the programs of a line's team get a memory, once; 0 stands for never.
+    pub remember_after: u32,
 }
 
 impl Default for TuningParams {
@@ -47,6 +51,8 @@ impl Default for TuningParams {
             margin: 0.3,
             grow_after: 0,
             grow_to: 2,
+            one_after: 0,
+            remember_after: 0,
         }
     }
 }

@@ -1,0 +1,88 @@
+//! Memory that grows out of what is tuned: a program gets a trace of what it has observed, and gains on it.
+
+use tpg_runtime::isa::{Op, REGISTERS};
+use tpg_runtime::tables::Section;
+
+use super::grow::unnamed;
+use super::{Genes, Instruction, Population, Program, ProgramId, Source};
+use crate::task::ActionSpace;
+
+/// Share of the difference to the observation by which a trace moves in each decision, to begin with.
+const INITIAL_RATE: f32 = 0.2;
+
+/// The operations that a memory needs.
+#[must_use]
+pub fn memory_ops(actions: ActionSpace) -> Vec<Op> {
+    let [product, sum] = output_ops(actions);
+    vec![Op::VSub, Op::VScale, Op::VAdd, product, sum]
+}
+
+/// Those that compute outputs from a vector of observations and add to them.
+fn output_ops(actions: ActionSpace) -> [Op; 2] {
+    match actions {
+        ActionSpace::Continuous { len, .. } if len > 1 => [Op::MatVec, Op::VAdd],
+        _ => [Op::Dot, Op::Add],
+    }
+}
+
+/// Adds a copy of a program that remembers: m ← m + r·(o − m), output ← output + H·m (bid ← bid + hᵀm for discrete actions),
+/// in registers that its code does not name, which stateful programs keep; `None` if it has too few.
+///
+/// H is zero, so the copy does what its original does; r begins at 0.2. What adds to outputs that the program's own
+/// code does not overwrite would let them grow without end: such programs get no memory.
+pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Option<ProgramId> {
+    let original = population.program(id).clone();
+    let code = &original.instructions;
+    let actions = genes.shape.actions;
+    if original.constants.is_empty() || !memory_ops(actions).iter().all(|op| genes.ops.contains(op))
+    {
+        return None;
+    }
+    let [product, sum] = output_ops(actions);
+    let output = match actions {
+        ActionSpace::Continuous { .. } => 1,
+        ActionSpace::Discrete(_) => 0,
+    };
+    let mut sets_output = code.iter();
+    if !sets_output.any(|i| i.op == product && i.destination == output) {
+        return None;
+    }
+    let mut scalars = unnamed(code, Section::Scalar);
+    let mut vectors = unnamed(code, Section::Vector);
+    let rate = scalars.next()?;
+    let (trace, change) = (vectors.next()?, vectors.next()?);
+    let width = usize::from(genes.shape.width);
+    let vector = |register: u8| REGISTERS + usize::from(register) * width;
+    let (gains, part, zeros) = if product == Op::MatVec {
+        let gains = unnamed(code, Section::Matrix).next()?;
+        let start = REGISTERS * (1 + width) + usize::from(gains) * width * width;
+        (gains, change, start..start + width * width)
+    } else {
+        let gains = vectors.next()?;
+        (gains, scalars.next()?, vector(gains)..vector(gains) + width)
+    };
+    let instruction = |op, destination, a, b| Instruction {
+        op,
+        destination,
+        a,
+        b,
+    };
+    let (observation, register) = (Source::observation(0), Source::register);
+    let mut program = Program::clone(&original);
+    program.instructions.extend([
+        instruction(Op::VSub, change, observation, register(trace)),
+        instruction(Op::VScale, change, register(rate), register(change)),
+        instruction(Op::VAdd, trace, register(trace), register(change)),
+        instruction(product, part, register(gains), register(trace)),
+        instruction(sum, output, register(output), register(part)),
+    ]);
+    let mut constants = original.constants.to_vec();
+    constants.get_mut(zeros)?.fill(0.0);
+    constants
+        .get_mut(vector(trace)..)?
+        .get_mut(..width)?
+        .fill(0.0);
+    *constants.get_mut(usize::from(rate))? = INITIAL_RATE;
+    program.constants = constants.into();
+    Some(population.add_program(program))
+}
