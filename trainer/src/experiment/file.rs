@@ -25,7 +25,7 @@ pub struct Experiment {
     pub chapter: u8,
     /// Bare names of tasks.
     pub tasks: Vec<String>,
-    /// Variants, `-b23` or `-b13` included; the preset is called `TASK-VARIANT`.
+    /// Variants, `-b23` or `-b13` included; the preset is called `TASK-VARIANT`. Or names of `changed` ones.
     pub variants: Vec<String>,
     /// Runs of each variant on each task.
     pub repeats: u32,
@@ -49,10 +49,23 @@ pub struct Experiment {
     /// The same by task; stronger than `set`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sets: BTreeMap<String, Table>,
+    /// Variants of the experiment's own.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub changed: BTreeMap<String, Changed>,
+}
+
+/// A variant with other settings, as ablations need them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Changed {
+    /// The variant that it comes from.
+    pub from: String,
+    /// Its settings; stronger than `set` and `sets` of the experiment.
+    pub set: Table,
 }
 
 /// Every key of an experiment's file, for suggestions.
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "name",
     "title",
     "chapter",
@@ -66,6 +79,7 @@ const KEYS: [&str; 13] = [
     "budgets",
     "set",
     "sets",
+    "changed",
 ];
 
 /// The largest number of threads, as for `tpg train`.
@@ -267,6 +281,16 @@ impl Experiment {
                 return Err(unknown_key(format!("{key}.{task}"), &candidates));
             }
         }
+        for name in self.changed.keys() {
+            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
+            if name.is_empty() || !name.chars().all(plain) {
+                let why = "a name has letters, digits and hyphens: files are called by it";
+                return Err(value("changed", name, why));
+            }
+            if !self.variants.contains(name) {
+                return Err(value("changed", name, "is not among variants"));
+            }
+        }
         Ok(())
     }
 
@@ -293,14 +317,19 @@ impl Experiment {
     }
 
     fn first_cell(&self, task: &str, variant: &str) -> Result<Cell, ExperimentError> {
-        let preset = find_preset(task, variant)?;
+        let changed = self.changed.get(variant);
+        let preset = find_preset(task, changed.map_or(variant, |changed| &changed.from))?;
         let name = preset.name.clone();
         let wrong = |source| ExperimentError::Preset {
             preset: name.clone(),
             source,
         };
         let mut sets = Vec::new();
-        for (key, table) in [("set", Some(&self.set)), ("sets", self.sets.get(task))] {
+        for (key, table) in [
+            ("set", Some(&self.set)),
+            ("sets", self.sets.get(task)),
+            ("changed", changed.map(|changed| &changed.set)),
+        ] {
             for (path, new) in leaves(table.into_iter().flatten(), "") {
                 if path == "task" {
                     let why = "the task is named by tasks";
@@ -448,6 +477,33 @@ mod tests {
         assert_ne!(cells[0].config_hash, cells[2].config_hash);
         assert_eq!(cells[0].config_hash.len(), 16);
         assert!(cells.iter().all(|cell| cell.has_memory));
+    }
+
+    #[test]
+    fn a_changed_variant_is_its_origin_with_other_settings() {
+        let text = TEXT.replace("\"sr-sm-b23\"", "\"small\"")
+            + "\n[changed.small]\nfrom = \"sr-sm-b23\"\nset = { evolution.children = 3 }\n";
+        let experiment = Experiment::parse(&text).expect("valid");
+        let cells = experiment.cells().expect("valid");
+        assert_eq!(cells[1].name, "cartpole.small.1");
+        assert_eq!(cells[1].preset, "cartpole-sr-sm-b23");
+        let [evolution, origin] = [&cells[1].config.evolution, &cells[0].config.evolution];
+        assert_eq!((evolution.children, evolution.population), (3, 20));
+        assert_eq!(origin.children, 10);
+        // Stronger than what holds for the task.
+        assert_eq!(cells[3].config.evolution.children, 3);
+        for (old, new, expected) in [
+            ("changed.small", "changed.smaller", "\"smaller\""),
+            ("changed.small", "changed.\"a/b\"", "letters"),
+            ("from = \"sr-sm-b23\"", "from = \"sr-sm-b32\"", "sr-sm-b23"),
+            ("from =", "form =", "from"),
+        ] {
+            let error = Experiment::parse(&text.replacen(old, new, 1)).expect_err(new);
+            let message = format!("{:#}", anyhow::Error::new(error));
+            assert!(message.contains(expected), "{new}: {message}");
+        }
+        let survivor = toml::to_string(&experiment).expect("it can be written");
+        assert_eq!(Experiment::parse(&survivor).expect("valid"), experiment);
     }
 
     #[test]

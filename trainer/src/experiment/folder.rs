@@ -32,7 +32,7 @@ pub struct Manifest {
     pub experiment: Experiment,
     /// What its results were made with.
     pub made_with: MadeWith,
-    /// For each preset, the hash of its resolved configuration.
+    /// For each `TASK-VARIANT`, the hash of its resolved configuration.
     pub configurations: BTreeMap<String, String>,
 }
 
@@ -75,7 +75,12 @@ impl Manifest {
             experiment: experiment.clone(),
             made_with: MadeWith::this_build(),
             configurations: hashes
-                .map(|cell| (cell.preset.clone(), cell.config_hash.clone()))
+                .map(|cell| {
+                    (
+                        format!("{}-{}", cell.task, cell.variant),
+                        cell.config_hash.clone(),
+                    )
+                })
                 .collect(),
         }
     }
@@ -264,12 +269,15 @@ fn grown(mut old: Table, new: &Table) -> Table {
         (old.get_mut("experiment"), part("experiment"))
     {
         experiment.remove("title");
-        for key in ["title", "repeats", "tasks", "variants"] {
+        for key in ["title", "repeats", "tasks", "variants", "changed"] {
             let has_grown = match (experiment.get(key), to.get(key)) {
                 (None, _) => true,
                 (Some(Value::Integer(few)), Some(Value::Integer(more))) => few < more,
                 (Some(Value::Array(few)), Some(Value::Array(more))) => {
                     few.iter().all(|x| more.contains(x))
+                }
+                (Some(Value::Table(few)), Some(Value::Table(more))) => {
+                    few.iter().all(|(name, x)| more.get(name) == Some(x))
                 }
                 _ => false,
             };
@@ -368,7 +376,9 @@ mod tests {
         assert_eq!(Manifest::read(&path).expect("it reads back"), first);
         Folder::open(&path, &first).expect("the same");
         let more = TEXT.replace("repeats = 1", "repeats = 3");
-        let more = manifest(&more.replace("\"per-agent\"", "\"per-agent\", \"original\""));
+        let more = more.replace("\"per-agent\"", "\"per-agent\", \"original\", \"few\"");
+        let few = "[changed.few]\nfrom = \"per-agent\"\nset = { evolution.children = 3 }";
+        let more = manifest(&format!("{more}\n{few}"));
         Folder::open(&path, &more).expect("grown");
         assert_eq!(Manifest::read(&path).expect("it reads back"), more);
         let message = Folder::open(&path, &first)
