@@ -8,7 +8,7 @@ mod preset;
 mod schema;
 
 pub use blueprint::Blueprint;
-pub(crate) use layers::nearest;
 pub use layers::{ConfigError, resolve};
+pub(crate) use layers::{leaves, nearest};
 pub use preset::{Preset, presets};
 pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, SelectionParams};

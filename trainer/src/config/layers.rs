@@ -121,7 +121,8 @@ fn merge(base: &mut Table, layer: &Table, path: &str) -> Result<(), ConfigError>
             (Some(place), value) => *place = value.clone(),
             (None, _) => {
                 let root = parse(DEFAULTS)?;
-                let keys = keys(&root, "");
+                let keys = leaves(&root, "").into_iter().map(|(path, _)| path);
+                let keys: Vec<String> = keys.collect();
                 return Err(ConfigError::UnknownKey {
                     suggestion: nearest(&full, keys.iter().map(String::as_str)),
                     key: full,
@@ -132,7 +133,11 @@ fn merge(base: &mut Table, layer: &Table, path: &str) -> Result<(), ConfigError>
     Ok(())
 }
 
-fn keys(table: &Table, path: &str) -> Vec<String> {
+/// Every value of a table with the path of its key.
+pub(crate) fn leaves<'a>(
+    table: impl IntoIterator<Item = (&'a String, &'a Value)>,
+    path: &str,
+) -> Vec<(String, &'a Value)> {
     let mut all = Vec::new();
     for (key, value) in table {
         let full = if path.is_empty() {
@@ -141,8 +146,8 @@ fn keys(table: &Table, path: &str) -> Vec<String> {
             format!("{path}.{key}")
         };
         match value {
-            Value::Table(inner) => all.extend(keys(inner, &full)),
-            _ => all.push(full),
+            Value::Table(inner) => all.extend(leaves(inner, &full)),
+            leaf => all.push((full, leaf)),
         }
     }
     all

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use tpg_runtime::blob::MemoryModel;
 
 use super::row::cell_name;
-use crate::config::{Blueprint, Config, ConfigError, Preset, nearest, presets, resolve};
+use crate::config::{Blueprint, Config, ConfigError, Preset, leaves, nearest, presets, resolve};
 use crate::session::Budget;
 
 /// An experiment: every variant on every task, each so many times with another seed.
@@ -408,26 +408,6 @@ fn hash(config: &Config) -> String {
     let digest = Sha256::digest(toml::to_string(config).unwrap_or_default());
     let digits = digest.iter().map(|byte| format!("{byte:02x}"));
     digits.take(8).collect()
-}
-
-/// Every value of a table with the path of its key.
-pub(super) fn leaves<'a>(
-    table: impl IntoIterator<Item = (&'a String, &'a Value)>,
-    path: &str,
-) -> Vec<(String, &'a Value)> {
-    let mut all = Vec::new();
-    for (key, value) in table {
-        let full = if path.is_empty() {
-            key.clone()
-        } else {
-            format!("{path}.{key}")
-        };
-        match value {
-            Value::Table(inner) => all.extend(leaves(inner, &full)),
-            leaf => all.push((full, leaf)),
-        }
-    }
-    all
 }
 
 #[cfg(test)]

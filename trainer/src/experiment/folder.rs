@@ -16,10 +16,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::file::{Cell, Experiment, leaves};
+use super::file::{Cell, Experiment};
 use super::row::{
     Access, CellFiles, CurvePoint, Row, TableError, read_row, read_table, write_synced,
 };
+use crate::config::leaves;
 
 /// The form of the folder; raised when its files change their meaning.
 pub const FORMAT: u32 = 1;
