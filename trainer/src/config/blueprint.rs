@@ -34,6 +34,8 @@ pub struct Blueprint {
     pub elites: u32,
     /// What of the reward the fitness of training counts.
     pub shaping: Shaping,
+    /// Control steps after which training episodes end; 0 stands for the task's own limit.
+    pub max_steps: u32,
     /// How blackouts become as frequent as the task says.
     pub curriculum: Curriculum,
     /// Rates and sizes of evolution.
@@ -124,6 +126,7 @@ impl Blueprint {
             episodes: config.evaluation.episodes,
             elites: config.evaluation.elites,
             shaping: config.evaluation.shaping,
+            max_steps: config.evaluation.max_steps,
             curriculum: config.evaluation.curriculum,
             params: config.evolution,
             tuning: config.tuning,

@@ -71,6 +71,9 @@ pub struct EvaluationConfig {
     /// What of the reward the fitness of training counts.
     #[serde(default, skip_serializing_if = "Shaping::is_default")]
     pub shaping: Shaping,
+    /// Control steps after which training episodes end; 0 stands for the task's own limit.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub max_steps: u32,
     /// How blackouts become as frequent as the task says.
     #[serde(default, skip_serializing_if = "Curriculum::is_default")]
     pub curriculum: Curriculum,

@@ -87,6 +87,12 @@ impl Pool {
         arenas.for_each(|arena| arena.ease(stage, stages));
     }
 
+    /// Ends episodes after so many control steps at the latest, until this is called again; 0 stands for the task's own limit.
+    pub fn shorten(&mut self, steps: u32) {
+        let arenas = self.arenas.iter_mut();
+        arenas.for_each(|arena| arena.shorten(steps));
+    }
+
     /// What was recorded since the last call, in the order of policies and episodes.
     pub fn take_recordings(&mut self) -> Vec<Recording> {
         std::mem::take(&mut self.recordings)

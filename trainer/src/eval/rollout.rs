@@ -94,6 +94,8 @@ pub struct Arena {
     full: Vec<f32>,
     seen: Vec<f32>,
     recorder: Option<Recorder>,
+    /// Control steps after which an episode ends at the latest.
+    max_steps: u32,
 }
 
 impl Arena {
@@ -102,7 +104,9 @@ impl Arena {
     pub fn new(task: Box<dyn Task>, wrappers: Wrappers) -> Self {
         let full = vec![0.0; task.spec().inputs.len()];
         let seen = vec![0.0; wrappers.inputs().len()];
+        let max_steps = task.spec().max_steps;
         Arena {
+            max_steps,
             task,
             wrappers,
             shaping: Shaping::default(),
@@ -127,6 +131,12 @@ impl Arena {
     /// Makes blackouts `stage`/`stages` times as probable as the task says, until this is called again.
     pub fn ease(&mut self, stage: u32, stages: u32) {
         self.wrappers.ease(stage, stages);
+    }
+
+    /// Ends episodes after so many control steps at the latest; 0 stands for the task's own limit, which always holds too.
+    pub fn shorten(&mut self, steps: u32) {
+        let all = self.task.spec().max_steps;
+        self.max_steps = if steps == 0 { all } else { steps.min(all) };
     }
 
     /// What the last episode showed, if it was recorded.
@@ -171,7 +181,7 @@ impl Arena {
             instructions: 0,
             unstable: false,
         };
-        while episode.steps < self.task.spec().max_steps {
+        while episode.steps < self.max_steps {
             self.task.observe(&mut self.full);
             self.wrappers
                 .apply(&self.full, &mut self.seen, &mut seeds.mask);

@@ -61,8 +61,9 @@ impl Session {
         if params.candidates == 0 || !(due || self.race.champion.is_none()) {
             return;
         }
-        // Whatever stage training is in, champions are chosen at the task itself.
+        // Whatever training is spared, champions are chosen at the task itself.
         pool.ease(1, 1);
+        pool.shorten(0);
         let mut runners: Vec<TeamId> = self.race.champion.into_iter().collect();
         let best = self.ranking().into_iter().map(|(root, _)| root);
         for root in self.tuned().chain(best.take(params.candidates as usize)) {
