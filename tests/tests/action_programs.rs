@@ -107,6 +107,21 @@ fn a_program_outside_the_team_gives_nothing() {
     assert_eq!(decide(&draft).0, [-0.5, 2.0, 0.5]);
 }
 
+/// An agent that the compiler sized decides as one with room to spare.
+#[test]
+fn an_agent_of_exactly_the_policys_size_decides_alike() {
+    static POLICY: &[u8] = include_bytes!("../golden/v1/each.tpg");
+    type Exact = tpg_runtime::agent_type!(POLICY);
+    let policy = Policy::load(POLICY).expect("a policy");
+    let mut exact = Exact::new(policy).expect("room");
+    let mut large = TestAgent::new(policy).expect("room");
+    for step in 0..20u8 {
+        let observation = [0.5, -1.0, 2.0, 0.25].map(|x: f32| x * f32::from(step));
+        let decision = exact.decide(&observation).expect("four elements");
+        assert_eq!(Ok(decision), large.decide(&observation));
+    }
+}
+
 #[test]
 fn policies_that_lack_a_part_are_refused() {
     type Change = fn(&mut Draft);
