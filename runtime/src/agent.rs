@@ -84,7 +84,7 @@ pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize + 1 }, 2_048, 
 pub struct Decision<'a> {
     /// What the plant is to do.
     pub action: Action<'a>,
-    /// The program that won at the last team.
+    /// The program that won at the last team; where outputs have programs of their own, the highest bidder of all.
     pub winner: ProgramId,
     /// Instructions executed; a front end counts its multiplications.
     pub instructions: u32,
@@ -250,8 +250,15 @@ impl<
             observer,
         };
         let path = exec::decide(&self.policy, &mut machine, wides);
+        let mut observer = machine.observer;
         Ok(Decision {
-            action: state::take_action(&self.policy, &mut self.words, path.winner),
+            action: state::take_action(
+                &self.policy,
+                &mut self.words,
+                &self.bids,
+                path.winner,
+                &mut observer,
+            ),
             winner: path.winner,
             instructions: perceived + path.instructions,
             teams: path.teams,

@@ -62,7 +62,7 @@ pub fn monomials(variables: usize, degree: u8) -> u64 {
 pub const fn action_variables(header: &Header) -> usize {
     match header.action_kind {
         ActionKind::Discrete => 1,
-        ActionKind::Continuous => header.outputs(),
+        ActionKind::Continuous | ActionKind::Each => header.outputs(),
     }
 }
 
@@ -251,7 +251,7 @@ pub(crate) fn remember(front_end: &FrontEnd<'_>, header: &Header, rest: &mut [f3
                 *place = math::centred(action, header.actions);
             }
         }
-        ActionKind::Continuous => {
+        ActionKind::Continuous | ActionKind::Each => {
             for (place, x) in places.iter_mut().zip(outputs) {
                 *place = *x;
             }

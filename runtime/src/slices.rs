@@ -123,7 +123,13 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
         };
         let path = exec::decide(&self.policy, &mut machine, wides);
         Ok(Decision {
-            action: state::take_action(&self.policy, self.slices.words, path.winner),
+            action: state::take_action(
+                &self.policy,
+                self.slices.words,
+                self.slices.bids,
+                path.winner,
+                &mut (),
+            ),
             winner: path.winner,
             instructions: perceived + path.instructions,
             teams: path.teams,

@@ -2,14 +2,15 @@
 
 use crate::action::Action;
 use crate::agent::{ObservationError, Reset};
-use crate::blob::{ActionKind, MemoryModel};
+use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::exec;
 #[cfg(feature = "front-end")]
 use crate::frontend;
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::rng::Pcg32;
-use crate::tables::{Program, ProgramId, Section, Target, Team};
+use crate::tables::{Program, ProgramId, Section, Target, Team, TeamId};
+use crate::trace::Observer;
 use crate::verify::Policy;
 
 /// Makes the state of a policy that was just loaded: everything reset, with seed 0.
@@ -101,34 +102,89 @@ fn forget_perception(policy: &Policy<'_>, words: &mut [f32]) {
     }
 }
 
-/// The winner's action; continuous ones are clamped into the state's output words.
-pub(crate) fn take_action<'s>(
+/// The action that the bids chose; continuous ones are clamped into the state's output words.
+pub(crate) fn take_action<'s, O: Observer>(
     policy: &Policy<'_>,
     words: &'s mut [f32],
+    bids: &[f32],
     winner: ProgramId,
+    observer: &mut O,
 ) -> Action<'s> {
     let header = &policy.header;
-    let program = policy.tables.program(winner);
-    if header.action_kind == ActionKind::Discrete {
-        let action = match program.map(|p| p.target) {
-            Some(Target::Atomic(action)) => action,
-            _ => 0,
-        };
-        remember(policy, words, action);
-        return Action::Discrete(action);
-    }
     let (start, len) = (usize::from(header.window), header.outputs());
-    let (low, high) = (header.action_low, header.action_high);
-    let source = program.map_or(start, |p| usize::from(p.output));
-    for k in 0..len {
-        let x = words.get(source + k).copied().unwrap_or(0.0);
-        if let Some(out) = words.get_mut(start + k) {
-            *out = math::clamp(x, low, high);
+    match (header.action_kind, policy.tables.program(winner)) {
+        (ActionKind::Discrete, program) => {
+            let action = match program.map(|p| p.target) {
+                Some(Target::Atomic(action)) => action,
+                _ => 0,
+            };
+            remember(policy, words, action);
+            return Action::Discrete(action);
+        }
+        (ActionKind::Continuous, program) => {
+            let source = program.map_or(start, |p| usize::from(p.output));
+            for k in 0..len {
+                take_output(header, words, k, source + k);
+            }
+        }
+        (ActionKind::Each, _) => {
+            if ActionKind::Each.is_built() {
+                take_each(policy, words, bids, observer);
+            }
         }
     }
     remember(policy, words, 0);
     let outputs = words.get(start..).and_then(|rest| rest.get(..len));
     Action::Continuous(outputs.unwrap_or_default())
+}
+
+/// Clamps the word at `source` into output word `k`.
+#[inline(always)]
+fn take_output(header: &Header, words: &mut [f32], k: usize, source: usize) {
+    let x = words.get(source).copied().unwrap_or(0.0);
+    if let Some(out) = words.get_mut(usize::from(header.window) + k) {
+        *out = math::clamp(x, header.action_low, header.action_high);
+    }
+}
+
+/// Gives each output the value of the highest bidder among its programs, of equals the earlier one.
+///
+/// Two passes over the members, whatever the number of outputs.
+fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], observer: &mut O) {
+    let header = &policy.header;
+    let (start, len) = (usize::from(header.window), header.outputs());
+    let team = policy.tables.team(TeamId(0)).unwrap_or_default();
+    // The output words hold the highest bids until the outputs take their places: this needs no memory of its own.
+    let highest = words.get_mut(start..).and_then(|rest| rest.get_mut(..len));
+    highest.unwrap_or_default().fill(f32::MIN);
+    // A bit for each output that has its value; there are at most as many as the largest vector width.
+    let mut given = 0u32;
+    for taking in [false, true] {
+        for member in policy.tables.members(&team) {
+            let (Some(program), Some(bid)) = (
+                policy.tables.program(member),
+                bids.get(usize::from(member.0)),
+            ) else {
+                continue;
+            };
+            let Target::Atomic(output) = program.target else {
+                continue;
+            };
+            let (k, bit) = (usize::from(output), 1u32 << (output & 31));
+            let Some(highest) = words.get_mut(start + k) else {
+                continue;
+            };
+            if !taking {
+                if *bid > *highest {
+                    *highest = *bid;
+                }
+            } else if given & bit == 0 && *bid >= *highest {
+                given |= bit;
+                take_output(header, words, k, usize::from(program.output));
+                observer.give(member, output);
+            }
+        }
+    }
 }
 
 /// Tells the front end, if there is one, what was decided.

@@ -15,7 +15,7 @@ pub struct ProgramId(pub u16);
 /// Where a winning program leads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// To the plant: the action index of a discrete task, 0 in a continuous one.
+    /// To the plant: the action index of a discrete task, 0 in a continuous one, the output where each has its own programs.
     Atomic(u16),
     /// To another team.
     Team(TeamId),

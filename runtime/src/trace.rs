@@ -46,9 +46,14 @@ pub trait Observer {
         let _ = (program_id, bid);
     }
 
-    /// A program wins the current team.
+    /// A program wins the current team; where outputs have programs of their own, the highest bidder of all.
     fn choose(&mut self, program_id: ProgramId, target: Target) {
         let _ = (program_id, target);
+    }
+
+    /// A program gives an output that has programs of its own; after all programs have bid, once for each output.
+    fn give(&mut self, program_id: ProgramId, output: u16) {
+        let _ = (program_id, output);
     }
 }
 
@@ -83,5 +88,9 @@ impl Observer for &mut dyn Observer {
 
     fn choose(&mut self, program_id: ProgramId, target: Target) {
         (**self).choose(program_id, target);
+    }
+
+    fn give(&mut self, program_id: ProgramId, output: u16) {
+        (**self).give(program_id, output);
     }
 }

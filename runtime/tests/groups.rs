@@ -51,6 +51,19 @@ fn a_policy_with_a_front_end_loads_where_those_are_built() {
 }
 
 #[test]
+fn a_policy_with_programs_for_each_output_loads_where_those_are_built() {
+    let loaded = Policy::load(include_bytes!("../../tests/golden/v1/each.tpg"));
+    if cfg!(not(feature = "action-programs")) {
+        let error = loaded.expect_err("programs for each output");
+        let groups = matches!(error, VerifyError::NotBuilt(_));
+        assert!(groups || error == VerifyError::ActionProgramsNotBuilt);
+        assert!(error.to_string().contains("feature"), "{error}");
+    } else if cfg!(feature = "all-operations") {
+        assert!(loaded.is_ok());
+    }
+}
+
+#[test]
 fn the_default_build_has_every_group() {
     let all = Group::ALL.into_iter().all(Group::is_built);
     assert_eq!(all, cfg!(feature = "all-operations"));

@@ -206,7 +206,9 @@ impl Draft {
         let used = all_code.fold(0, |groups, i| groups | i.op.group().bit());
         let range = match self.header.action_kind {
             ActionKind::Discrete => (0.0, 0.0),
-            ActionKind::Continuous => (self.header.action_low, self.header.action_high),
+            ActionKind::Continuous | ActionKind::Each => {
+                (self.header.action_low, self.header.action_high)
+            }
         };
         let header = Header {
             words: words as u32,

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::Op;
-use tpg_trainer::evolve::{Action, Instruction, Population, Program, Shape, Source, Team, TeamId};
+use tpg_trainer::evolve::{
+    Action, ActionPrograms, Instruction, Population, Program, Shape, Source, Team, TeamId,
+};
 use tpg_trainer::lower::{Contract, Mode, lower};
 use tpg_trainer::task::{self, ActionSpace};
 
@@ -28,6 +30,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
         width: spec.inputs.len() as u16,
         inputs: spec.inputs.len() as u16,
         actions: spec.actions,
+        action_programs: ActionPrograms::Winner,
     };
     let contract = Contract {
         task: spec.name.clone(),

@@ -13,6 +13,8 @@ use crate::perception::front_end;
 pub const COUNT: u64 = 24;
 /// Number of policies with front ends that [`all`] adds to them: every kind of belief, discrete and continuous.
 pub const PERCEIVING: u64 = 8;
+/// Number of policies whose outputs have programs of their own that [`all`] adds: every register mode and memory model.
+pub const APART: u64 = 6;
 /// Teams of each policy, each of which leads to the next.
 const TEAMS: u16 = 5;
 /// Widths in use, which the boards' trial is compiled for.
@@ -23,7 +25,7 @@ const INPUTS: u16 = 7;
 /// The policies, encoded.
 #[must_use]
 pub fn all() -> Vec<Vec<u8>> {
-    (0..COUNT + PERCEIVING).map(graph).collect()
+    (0..COUNT + PERCEIVING + APART).map(graph).collect()
 }
 
 /// One policy; its number decides modes and width, everything else is drawn.
@@ -39,7 +41,11 @@ fn graph(number: u64) -> Vec<u8> {
             .filter(|g| fits(*g, memory))
             .collect(),
     };
-    let width = WIDTHS[(number / 3) as usize % WIDTHS.len()];
+    let apart = number >= COUNT + PERCEIVING;
+    let width = match WIDTHS[(number / 3) as usize % WIDTHS.len()] {
+        1 if apart => 2,
+        width => width,
+    };
     let mut draft = Draft {
         header: header(width, INPUTS),
         teams: Vec::new(),
@@ -61,7 +67,10 @@ fn graph(number: u64) -> Vec<u8> {
     draft.header.window = INPUTS.max(width * width) + INPUTS;
     draft.header.initial_values = InitialValues::Evolved;
     draft.header.groups = groups.iter().map(|g| g.bit()).sum();
-    if (number / 2).is_multiple_of(2) {
+    if apart {
+        draft.header.action_kind = ActionKind::Each;
+        draft.header.actions = width.min(3);
+    } else if (number / 2).is_multiple_of(2) {
         draft.header.action_kind = ActionKind::Continuous;
         // One output, or several.
         draft.header.actions = if (number / 4).is_multiple_of(2) {
@@ -75,7 +84,7 @@ fn graph(number: u64) -> Vec<u8> {
     if memory == MemoryModel::Indexed {
         draft.cells = vec![0, 9, 378, 391, 392, 399, 400, 404, 411, 799];
     }
-    if number >= COUNT {
+    if (COUNT..COUNT + PERCEIVING).contains(&number) {
         let (blank, degree) = [
             (Blank::Believe, 1),
             (Blank::Believe, 2),
@@ -96,6 +105,10 @@ fn graph(number: u64) -> Vec<u8> {
         });
     }
     add_teams(&mut draft, memory, &mut draw);
+    if apart {
+        draft.teams.truncate(1);
+        draft.teams[0].members = (0..4 * TEAMS).collect();
+    }
     let registers = match memory {
         MemoryModel::Indexed => [8, 1, 0],
         _ => [3, 3, 2],
@@ -148,13 +161,15 @@ fn add_teams(draft: &mut Draft, memory: MemoryModel, draw: &mut Draw) {
     }
 }
 
-/// Program 0 of each four leads to the next team, program 3 anywhere, the others act.
+/// Program 0 of each four leads to the next team, program 3 anywhere, the others act; with outputs apart, all act in turn.
 fn add_program(draft: &mut Draft, number: u16, registers: [u8; 3], draw: &mut Draw) {
     let width = usize::from(draft.header.width);
     let [s, v, m] = registers.map(usize::from);
     let discrete = draft.header.action_kind == ActionKind::Discrete;
     let action = |draw: &mut Draw| Target::Atomic(if discrete { draw.below(5) as u16 } else { 0 });
+    let apart = draft.header.action_kind == ActionKind::Each;
     let target = match number % 4 {
+        _ if apart => Target::Atomic(number % draft.header.actions),
         0 if number / 4 + 1 < TEAMS => Target::Team(TeamId(number / 4 + 1)),
         3 => Target::Team(TeamId(draw.below(usize::from(TEAMS)) as u16)),
         _ => action(draw),
@@ -170,6 +185,7 @@ fn add_program(draft: &mut Draft, number: u16, registers: [u8; 3], draw: &mut Dr
     let output = match (discrete, draft.header.actions) {
         (true, _) => None,
         (_, 1) => Some(draft.scalar(last, 1)),
+        _ if apart => Some(draft.scalar(last, 1)),
         _ => Some(draft.vector(last, if v > 1 { 1 } else { 0 })),
     };
     draft.programs[last].output = output;

@@ -142,16 +142,24 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
         ])
     };
     header.write_distribution = dice.pick(WriteDistribution::ALL);
-    header.action_kind = dice.pick(ActionKind::ALL);
+    header.action_kind = match dice.pick(ActionKind::ALL) {
+        ActionKind::Each if width == 1 => ActionKind::Continuous,
+        kind => kind,
+    };
+    let each = header.action_kind == ActionKind::Each;
     header.actions = match header.action_kind {
         ActionKind::Discrete => dice.within(1, 4) as u16,
         ActionKind::Continuous => dice.within(1, usize::from(width)) as u16,
+        ActionKind::Each => dice.within(2, usize::from(width)) as u16,
     };
     header.action_low = -1.5;
     let front_end = perceive(dice, &mut header);
     let indexed = header.memory_model == MemoryModel::Indexed;
-    let teams = dice.within(1, 5);
-    let programs = teams + dice.within(1, 6);
+    let teams = if each { 1 } else { dice.within(1, 5) };
+    let mut programs = teams + dice.within(1, 6);
+    if each {
+        programs = programs.max(usize::from(header.actions));
+    }
     let mut draft = Draft {
         header,
         teams: Vec::new(),
@@ -172,6 +180,11 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
                 Target::Atomic(dice.below(usize::from(header.actions)) as u16)
             }
             (ActionKind::Continuous, true) => Target::Atomic(0),
+            // The first programs see to it that every output has one.
+            (ActionKind::Each, _) if number < usize::from(header.actions) => {
+                Target::Atomic(number as u16)
+            }
+            (ActionKind::Each, _) => Target::Atomic(dice.below(usize::from(header.actions)) as u16),
             (_, false) => Target::Team(TeamId(dice.below(teams) as u16)),
         };
         let [s, v, m] = registers.map(usize::from);
@@ -189,6 +202,7 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
     for number in 0..programs {
         draft.programs[number].output = Some(match header.actions {
             1 => draft.scalar(number, 1),
+            _ if each => draft.scalar(number, dice.below(2)),
             _ => draft.vector(number, 0),
         });
     }
@@ -202,7 +216,14 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
         let mut members: Vec<u16> = (0..dice.within(2, 5))
             .map(|_| dice.within(teams, programs - 1) as u16)
             .collect();
-        members.insert(dice.below(members.len() + 1), number as u16);
+        let own = if each {
+            0..usize::from(header.actions)
+        } else {
+            number..number + 1
+        };
+        for program in own {
+            members.insert(dice.below(members.len() + 1), program as u16);
+        }
         draft.teams.push(DraftTeam {
             members,
             stream_key: dice.within(0, 3) as u32,

@@ -16,6 +16,7 @@ pub fn all() -> Vec<(&'static str, Draft)> {
         ("zero", zero()),
         ("team-memory", team_memory()),
         ("classic", classic()),
+        ("each", each()),
     ]
 }
 
@@ -106,6 +107,23 @@ fn team_memory() -> Draft {
     }
     add_programs(&mut draft, [2, 2, 2], &groups);
     draft.image = constants(2 * (3 + 2 * 2 + 2 * 4));
+    draft
+}
+
+/// Stateful, three outputs, each from programs of its own; two bid for the first.
+fn each() -> Draft {
+    let groups = [Group::Scalar, Group::Vector];
+    let mut draft = blank(3, 4, &groups);
+    make_stateful(&mut draft.header, MemoryModel::None);
+    draft.header.action_kind = ActionKind::Each;
+    draft.header.actions = 3;
+    draft.teams.truncate(1);
+    draft.teams[0].members = vec![0, 1, 2, 3];
+    add_programs(&mut draft, [2, 2, 0], &groups);
+    for (number, output) in [0, 1, 2, 0].into_iter().enumerate() {
+        draft.programs[number].target = Target::Atomic(output);
+        draft.programs[number].output = Some(draft.scalar(number, 1));
+    }
     draft
 }
 

@@ -109,7 +109,7 @@ impl Reference {
             .collect();
         let actions = match policy.header().action_kind {
             ActionKind::Discrete => 1,
-            ActionKind::Continuous => policy.header().outputs(),
+            ActionKind::Continuous | ActionKind::Each => policy.header().outputs(),
         };
         // Non-decreasing lists of variables up to the degree, in the order of their text: prefixes first.
         let mut monomials = vec![Vec::new()];

@@ -128,7 +128,8 @@ fn events_come_in_the_order_in_which_things_happen() {
 
 #[test]
 fn indexed_memory_is_told_by_cell() {
-    let (_, draft) = samples::all().pop().expect("the classic sample");
+    let classic = samples::all().into_iter().find(|s| s.0 == "classic");
+    let (_, draft) = classic.expect("a sample");
     let bytes = draft.encode();
     let mut agent = TestAgent::new(Policy::load(&bytes).expect("a policy")).expect("small");
     let mut log = Log::default();

@@ -6,6 +6,7 @@ mod names;
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::Policy;
+use tpg_runtime::blob::ActionKind;
 use tpg_runtime::isa::{Op, Operand, REGISTERS};
 use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, TeamId};
 
@@ -66,16 +67,27 @@ fn write_policy(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
 fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
     match program.target {
         Target::Team(TeamId(team)) => format!("team {team}"),
-        Target::Atomic(action) if policy.header().outputs() == 0 => format!("action {action}"),
-        Target::Atomic(_) => {
-            let kind = if policy.header().actions == 1 {
-                Operand::S
-            } else {
-                Operand::V
-            };
-            format!("action {}", names.operand(kind, program.output))
+        Target::Atomic(action) => {
+            let register = |kind| names.operand(kind, program.output);
+            match policy.header().action_kind {
+                ActionKind::Discrete => format!("action {action}"),
+                ActionKind::Continuous if policy.header().actions == 1 => {
+                    format!("action {}", register(Operand::S))
+                }
+                ActionKind::Continuous => format!("action {}", register(Operand::V)),
+                ActionKind::Each => {
+                    format!("{} {}", output_name(policy, action), register(Operand::S))
+                }
+            }
         }
     }
+}
+
+/// Number and name of an output that has programs of its own.
+fn output_name(policy: &Policy<'_>, output: u16) -> String {
+    let label = policy.outputs().nth(output.into());
+    let (name, _) = label.unwrap_or_default();
+    format!("output {output} ({name})")
 }
 
 fn notation(instruction: &Instruction, names: &Names<'_>) -> String {

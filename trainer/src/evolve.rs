@@ -11,7 +11,8 @@ mod select;
 mod vary;
 
 pub use genome::{
-    Action, Genes, Instruction, Program, ProgramId, ResetRule, Shape, Source, Team, TeamId,
+    Action, ActionPrograms, Genes, Instruction, Program, ProgramId, ResetRule, Shape, Source, Team,
+    TeamId,
 };
 pub use grow::grow;
 pub use linear::{linear_ops, linear_team};
@@ -35,6 +36,7 @@ pub(crate) mod tests {
                 width: 4,
                 inputs: 3,
                 actions: ActionSpace::Discrete(3),
+                action_programs: ActionPrograms::Winner,
             },
             ops: Genes::ops_of(&[Group::Scalar, Group::Vector, Group::TeamMemory]),
             constants: true,

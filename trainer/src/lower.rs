@@ -5,11 +5,13 @@
 //! memory accesses need.
 
 mod constants;
+mod contract;
 mod emit;
 mod liveness;
 
 pub use constants::{ConstantSite, Owner, constant_sites, with_constants};
-pub use emit::{Contract, LowerError, lower};
+pub use contract::Contract;
+pub use emit::{LowerError, lower};
 
 /// How much of a genome reaches the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,12 +34,15 @@ mod tests {
     use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
     use super::*;
-    use crate::evolve::{Child, Genes, Population, Shape, TeamId, Variation, select};
+    use crate::evolve::{
+        ActionPrograms, Child, Genes, Population, Shape, TeamId, Variation, select,
+    };
     use crate::task::{ActionSpace, Rng};
 
     struct Case {
         groups: &'static [Group],
         actions: ActionSpace,
+        action_programs: ActionPrograms,
         mode: RegisterMode,
         memory: MemoryModel,
         constants: bool,
@@ -54,12 +59,13 @@ mod tests {
         high: 2.0,
     };
 
-    fn cases() -> [Case; 4] {
+    fn cases() -> [Case; 5] {
         use Group::*;
         [
             Case {
                 groups: &[Scalar, Vector, Matrix, Constants, TeamMemory, WholeReads],
                 actions: VECTORS,
+                action_programs: ActionPrograms::Winner,
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Team,
                 constants: true,
@@ -67,6 +73,7 @@ mod tests {
             Case {
                 groups: &[Scalar, Vector, Matrix],
                 actions: SCALAR,
+                action_programs: ActionPrograms::Winner,
                 mode: RegisterMode::Stateless,
                 memory: MemoryModel::None,
                 constants: false,
@@ -74,6 +81,7 @@ mod tests {
             Case {
                 groups: &[Scalar, Vector, TeamMemory],
                 actions: ActionSpace::Discrete(4),
+                action_programs: ActionPrograms::Winner,
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Team,
                 constants: true,
@@ -81,9 +89,18 @@ mod tests {
             Case {
                 groups: &[Classic],
                 actions: SCALAR,
+                action_programs: ActionPrograms::Winner,
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Indexed,
                 constants: false,
+            },
+            Case {
+                groups: &[Scalar, Vector, TeamMemory],
+                actions: VECTORS,
+                action_programs: ActionPrograms::Each,
+                mode: RegisterMode::Stateful,
+                memory: MemoryModel::Team,
+                constants: true,
             },
         ]
     }
@@ -162,6 +179,7 @@ mod tests {
             width: 3,
             inputs: 3,
             actions: case.actions,
+            action_programs: case.action_programs,
         };
         let genes = Genes {
             shape,
@@ -217,7 +235,8 @@ mod tests {
                 depth,
                 instructions: [evolved, exported],
             } = assert_modes_agree(&case, 1, 25);
-            assert!(depth >= 2, "no decision went through several teams");
+            let deep = depth >= 2 || case.action_programs == ActionPrograms::Each;
+            assert!(deep, "no decision went through several teams");
             assert!(exported < evolved, "compaction dropped nothing");
         }
     }
@@ -226,7 +245,7 @@ mod tests {
         #![proptest_config(proptest::test_runner::Config { cases: 24, failure_persistence: None, ..Default::default() })]
 
         #[test]
-        fn both_modes_decide_alike_over_random_graphs(seed: u64, case in 0usize..4, generations in 0u32..12) {
+        fn both_modes_decide_alike_over_random_graphs(seed: u64, case in 0usize..5, generations in 0u32..12) {
             assert_modes_agree(&cases()[case], seed, generations);
         }
     }

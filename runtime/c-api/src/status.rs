@@ -83,7 +83,9 @@ impl From<VerifyError> for TpgStatus {
             VerifyError::Decode(DecodeError::Version { .. }) => TpgStatus::Version,
             VerifyError::Decode(DecodeError::InstructionSet { .. }) => TpgStatus::InstructionSet,
             VerifyError::Decode(_) => TpgStatus::Damaged,
-            VerifyError::FrontEndUnsupported => TpgStatus::Unsupported,
+            VerifyError::FrontEndUnsupported | VerifyError::ActionProgramsNotBuilt => {
+                TpgStatus::Unsupported
+            }
             _ => TpgStatus::Invalid,
         }
     }

@@ -34,6 +34,16 @@ coded! {
         Discrete = 0 "discrete",
         /// One value for each output.
         Continuous = 1 "continuous",
+        /// One value for each output, from programs of its own: the highest bidder among those gives it.
+        Each = 2 "each",
+    }
+}
+
+impl ActionKind {
+    /// Whether this build of the runtime executes such policies; feature `action-programs` for [`ActionKind::Each`].
+    #[must_use]
+    pub const fn is_built(self) -> bool {
+        cfg!(feature = "action-programs") || !matches!(self, Self::Each)
     }
 }
 
@@ -342,7 +352,7 @@ impl Header {
     pub const fn outputs(&self) -> usize {
         match self.action_kind {
             ActionKind::Discrete => 0,
-            ActionKind::Continuous => self.actions as usize,
+            ActionKind::Continuous | ActionKind::Each => self.actions as usize,
         }
     }
 

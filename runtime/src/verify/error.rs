@@ -51,6 +51,16 @@ pub enum VerifyError {
         /// The program.
         program: u16,
     },
+    /// A program leads to a team, in a policy whose programs each give an output.
+    LeadsToTeam {
+        /// The program.
+        program: u16,
+    },
+    /// No program gives this output, in a policy whose programs each give one.
+    NoProgramFor {
+        /// The output.
+        output: u16,
+    },
     /// An instruction's field refers to something that it must not, or that does not exist.
     Operand {
         /// Program that contains the instruction.
@@ -71,6 +81,8 @@ pub enum VerifyError {
     NotBuilt(Group),
     /// The policy writes its memory by a distribution that this build of the runtime leaves out.
     WritesNotBuilt(WriteDistribution),
+    /// Each output of the policy has programs of its own, which this build of the runtime leaves out.
+    ActionProgramsNotBuilt,
     /// A constant or a word of the memory image is not finite.
     NotFinite {
         /// Which table.
@@ -112,6 +124,13 @@ impl fmt::Display for VerifyError {
                 f,
                 "program {program} leads to a team or action that does not exist"
             ),
+            Self::LeadsToTeam { program } => write!(
+                f,
+                "program {program} leads to a team, where each program gives an output"
+            ),
+            Self::NoProgramFor { output } => {
+                write!(f, "no program of the team gives output {output}")
+            }
             Self::Operand {
                 program,
                 instruction,
@@ -131,6 +150,11 @@ impl fmt::Display for VerifyError {
                 "the policy's memory is written by the distribution `{}`, which this runtime was built without: \
                  build tpg-runtime with its feature `write-distributions`",
                 distribution.name()
+            ),
+            Self::ActionProgramsNotBuilt => write!(
+                f,
+                "each output of the policy has programs of its own, which this runtime was built without: \
+                 build tpg-runtime with its feature `action-programs`"
             ),
             Self::Group {
                 program,

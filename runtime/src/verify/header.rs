@@ -45,6 +45,9 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
     if header.front_end.is_some() && !cfg!(feature = "front-end") {
         return Err(VerifyError::FrontEndUnsupported);
     }
+    if !header.action_kind.is_built() {
+        return Err(VerifyError::ActionProgramsNotBuilt);
+    }
     require(
         "programs",
         count(tables.programs),
@@ -69,7 +72,7 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
             got: u32::from(header.window),
         });
     }
-    if header.action_kind == ActionKind::Continuous {
+    if header.action_kind != ActionKind::Discrete {
         let (low, high) = (header.action_low, header.action_high);
         if !(low.is_finite() && high.is_finite() && low <= high) {
             return Err(VerifyError::ActionRange);
@@ -79,6 +82,17 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
             u32::from(header.width),
             u32::from(header.actions),
         )?;
+        if header.action_kind == ActionKind::Each {
+            require("teams", 1, u32::from(header.teams))?;
+            // One output is what a program's own action is: one way to store it is enough.
+            if header.actions < 2 {
+                return Err(VerifyError::Header {
+                    field: "actions",
+                    needed: 2,
+                    got: u32::from(header.actions),
+                });
+            }
+        }
     } else {
         at_most(
             "actions",

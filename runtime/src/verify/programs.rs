@@ -27,10 +27,13 @@ pub(super) fn check_programs(header: &Header, tables: &Tables<'_>) -> Result<usi
                 index: u32::from(number),
             });
         }
+        if let (ActionKind::Each, Target::Team(_)) = (header.action_kind, program.target) {
+            return Err(VerifyError::LeadsToTeam { program: number });
+        }
         let target_exists = match program.target {
             Target::Team(TeamId(team)) => team < header.teams,
             Target::Atomic(action) => match header.action_kind {
-                ActionKind::Discrete => action < header.actions,
+                ActionKind::Discrete | ActionKind::Each => action < header.actions,
                 ActionKind::Continuous => action == 0,
             },
         };
@@ -62,7 +65,7 @@ pub(super) fn has_constants(
     }
 }
 
-/// Whether a continuous action lies in the program's own registers: a scalar or the head of a vector.
+/// Whether a continuous action lies in the program's own registers: a scalar for one output, the head of a vector for several.
 ///
 /// A program without one names the start of its registers, so that it has one encoding.
 fn output_in_place(header: &Header, program: &Program) -> bool {
@@ -70,6 +73,7 @@ fn output_in_place(header: &Header, program: &Program) -> bool {
     let output = usize::from(program.output);
     match (header.action_kind, program.target) {
         (ActionKind::Discrete, _) | (_, Target::Team(_)) => program.output == program.state_start,
+        (ActionKind::Each, Target::Atomic(_)) => layout.is_scalar(output),
         (ActionKind::Continuous, Target::Atomic(_)) if header.actions == 1 => {
             layout.is_scalar(output)
         }

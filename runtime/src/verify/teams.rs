@@ -3,7 +3,7 @@
 use super::header::{at_most, count, require};
 use super::programs::{has_constants, within};
 use super::{MAX_WORDS, VerifyError};
-use crate::blob::{Header, MemoryModel};
+use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::isa::{Destination, INDEXED_CELLS, Op};
 use crate::tables::{Instruction, ProgramId, Tables, Target, Team, TeamId, span};
 
@@ -66,7 +66,7 @@ pub(super) fn check_memory(
     Ok(cells.1 as u32)
 }
 
-/// Checks what each team lists: programs exist, one leads out, slots that they read are kept.
+/// Checks what each team lists: programs exist, one leads out or to each output, slots that they read are kept.
 pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
     for number in 0..header.teams {
         let team = tables.team(TeamId(number)).unwrap_or_default();
@@ -74,6 +74,8 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
             return Err(VerifyError::EmptyTeam { team: number });
         }
         let mut exit = false;
+        // Widths end at 32, and with them the outputs that have programs of their own.
+        let mut given = 0u32;
         for ProgramId(member) in tables.members(&team) {
             let Some(program) = tables.program(ProgramId(member)) else {
                 return Err(VerifyError::NoSuchProgram {
@@ -81,7 +83,10 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
                     program: member,
                 });
             };
-            exit |= matches!(program.target, Target::Atomic(_));
+            if let Target::Atomic(action) = program.target {
+                exit = true;
+                given |= 1u32 << (action & 31);
+            }
             for (index, bytes) in tables.code(&program).iter().enumerate() {
                 let Some(instruction) = Instruction::from_bytes(bytes) else {
                     continue;
@@ -104,6 +109,10 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
         }
         if !exit {
             return Err(VerifyError::NoExit { team: number });
+        }
+        let output = given.trailing_ones() as u16;
+        if header.action_kind == ActionKind::Each && output < header.actions {
+            return Err(VerifyError::NoProgramFor { output });
         }
     }
     Ok(())

@@ -5,7 +5,9 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use tpg_runtime::blob::ActionKind;
 use tpg_runtime::frontend::Blank;
+use tpg_runtime::tables::{Program, Target};
 use tpg_runtime::{Capacities, Policy};
 
 use super::{Failure, Fault as _, Status, print_json};
@@ -56,6 +58,9 @@ struct Summary {
     /// What happens to observations before the programs see them.
     #[serde(skip_serializing_if = "Option::is_none")]
     front_end: Option<FrontEndSummary>,
+    /// Number of programs of each output, where outputs have programs of their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    programs_of_outputs: Vec<usize>,
     /// Of a run's champion: the graph before lowering dropped what cannot matter.
     #[serde(skip_serializing_if = "Option::is_none")]
     as_evolved: Option<AsEvolved>,
@@ -94,6 +99,16 @@ fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
         state_bytes: 4 * front_end.words(header),
         blob_bytes: policy.tables().front_end.len(),
     })
+}
+
+fn programs_of_outputs(policy: &Policy<'_>) -> Vec<usize> {
+    if policy.header().action_kind != ActionKind::Each {
+        return Vec::new();
+    }
+    let targets = policy.tables().programs.iter();
+    let targets = targets.map(|bytes| Program::from_bytes(bytes).target);
+    let programs_of = |k| targets.clone().filter(|t| *t == Target::Atomic(k)).count();
+    (0..policy.header().actions).map(programs_of).collect()
 }
 
 /// Sizes of a graph as it evolved.
@@ -172,6 +187,7 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         memory: header.memory_model.name(),
         control_period_us: header.control_period_us,
         front_end: front_end(policy),
+        programs_of_outputs: programs_of_outputs(policy),
         as_evolved: None,
     }
 }
@@ -185,6 +201,15 @@ impl fmt::Display for Summary {
             "graph           {} teams, {} programs",
             self.teams, self.programs
         )?;
+        if !self.programs_of_outputs.is_empty() {
+            let each: Vec<String> = self
+                .programs_of_outputs
+                .iter()
+                .map(usize::to_string)
+                .collect();
+            let each = each.join(", ");
+            writeln!(f, "outputs         from programs of their own: {each}")?;
+        }
         writeln!(
             f,
             "instructions    {}, {} effective",

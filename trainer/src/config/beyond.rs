@@ -5,12 +5,14 @@ use tpg_runtime::isa::Op;
 
 use super::blueprint::value;
 use super::{Config, ConfigError, SelectionParams};
-use crate::evolve::{Initial, linear_ops, memory_ops};
+use crate::evolve::{ActionPrograms, Initial, linear_ops, memory_ops};
 use crate::lower::Contract;
+use crate::task::ActionSpace;
 use crate::tune::TuningParams;
 
 /// Refuses settings that make no sense, or not with this policy.
 pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
+    check_action_programs(config, contract)?;
     check_initial(config.evolution.initial, contract, ops)?;
     check_tuning(&config.tuning, contract)?;
     check_memory(config, contract, ops)?;
@@ -47,6 +49,32 @@ pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<
     Ok(())
 }
 
+fn check_action_programs(config: &Config, contract: &Contract) -> Result<(), ConfigError> {
+    let shape = &contract.shape;
+    if shape.action_programs == ActionPrograms::Winner {
+        return Ok(());
+    }
+    let ActionSpace::Continuous { len: 2.., .. } = shape.actions else {
+        let why = format!(
+            "the task {} does not have several continuous outputs; take \"winner\"",
+            contract.task
+        );
+        let name = shape.action_programs.name();
+        return Err(value("policy.action-programs", name, why));
+    };
+    let (outputs, max) = (
+        u32::from(shape.atomic_actions()),
+        config.evolution.team.size.max,
+    );
+    if max < outputs {
+        let why = format!(
+            "policy.action-programs = \"each\" needs room for a program for each of {outputs} outputs"
+        );
+        return Err(value("evolution.team.size.max", &max.to_string(), why));
+    }
+    Ok(())
+}
+
 fn check_initial(initial: Initial, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
     let key = "evolution.initial";
     let name = match initial {
@@ -54,7 +82,7 @@ fn check_initial(initial: Initial, contract: &Contract, ops: &[Op]) -> Result<()
         Initial::Linear => "linear",
         Initial::LinearHistory => "linear-history",
     };
-    let needed = linear_ops(contract.shape.actions, initial);
+    let needed = linear_ops(&contract.shape, initial);
     if let Some(missing) = needed.into_iter().find(|op| !ops.contains(op)) {
         let why = format!(
             "needs the operation {}, which is in none of policy.groups",
@@ -82,7 +110,7 @@ fn check_memory(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), 
     } else {
         return Ok(());
     };
-    let needed = memory_ops(contract.shape.actions);
+    let needed = memory_ops(&contract.shape);
     if let Some(missing) = needed.into_iter().find(|op| !ops.contains(op)) {
         let missing = missing.mnemonic();
         let why = format!("needs the operation {missing}, which is in none of policy.groups");

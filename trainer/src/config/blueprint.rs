@@ -7,7 +7,7 @@ use tpg_runtime::tables::Section;
 use super::layers::nearest;
 use super::{Config, ConfigError, Curriculum, SelectionParams, beyond, front_end};
 use crate::eval::{Arena, Shaping};
-use crate::evolve::{EvolutionParams, Genes, Shape, SizeRange};
+use crate::evolve::{ActionPrograms, EvolutionParams, Genes, Shape, SizeRange};
 use crate::frontend::{self, FrontEndParams};
 use crate::lower::Contract;
 use crate::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
@@ -77,7 +77,15 @@ impl Blueprint {
             task: spec.name.clone(),
             observability: stack_text(&observability),
             labels: labels(wrappers.inputs(), &spec.outputs, spec.actions),
-            shape: shape(policy.width, wrappers.inputs().len(), spec.actions)?,
+            shape: Shape {
+                action_programs: named(
+                    "policy.action-programs",
+                    &policy.action_programs,
+                    ActionPrograms::ALL,
+                    ActionPrograms::name,
+                )?,
+                ..shape(policy.width, wrappers.inputs().len(), spec.actions)?
+            },
             control_period_us: spec.period_us,
             register_mode: named(
                 "policy.register-mode",
@@ -291,6 +299,7 @@ fn shape(width: u16, inputs: usize, actions: ActionSpace) -> Result<Shape, Confi
         width: chosen,
         inputs,
         actions,
+        action_programs: ActionPrograms::Winner,
     })
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::WriteDistribution;
 
 use crate::eval::Shaping;
-use crate::evolve::EvolutionParams;
+use crate::evolve::{ActionPrograms, EvolutionParams};
 use crate::frontend::FrontEndParams;
 use crate::tune::TuningParams;
 
@@ -57,6 +57,9 @@ pub struct PolicyConfig {
         skip_serializing_if = "is_as_in_the_thesis"
     )]
     pub memory_writes: String,
+    /// Who gives the values of a continuous action.
+    #[serde(default = "by_the_winner", skip_serializing_if = "is_by_the_winner")]
+    pub action_programs: String,
 }
 
 /// How teams are scored.
@@ -123,6 +126,17 @@ fn as_in_the_thesis() -> String {
 
 fn is_as_in_the_thesis(distribution: &str) -> bool {
     distribution == THESIS
+}
+
+/// The action of the thesis, which configurations leave out.
+const WINNER: &str = ActionPrograms::Winner.name();
+
+fn by_the_winner() -> String {
+    WINNER.to_owned()
+}
+
+fn is_by_the_winner(programs: &str) -> bool {
+    programs == WINNER
 }
 
 /// Whether a number is zero; configurations leave out what the thesis does not know.

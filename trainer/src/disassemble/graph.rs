@@ -6,9 +6,12 @@ use std::fmt::{self, Write as _};
 use layout::backends::svg::SVGWriter;
 use layout::gv::{DotParser, GraphBuilder};
 use tpg_runtime::Policy;
+use tpg_runtime::blob::ActionKind;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
 
-/// Teams as ellipses, programs as boxes, discrete actions as diamonds; edges from a team to its programs bear their order.
+use super::output_name;
+
+/// Teams as ellipses, programs as boxes, discrete actions and outputs with programs of their own as diamonds; edges from a team to its programs bear their order.
 #[must_use]
 pub fn dot(policy: &Policy<'_>) -> String {
     let mut text = String::new();
@@ -58,9 +61,10 @@ fn write_graph(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
         }
     }
     for action in actions {
-        let label = match header.outputs() {
-            0 => format!("action {action}"),
-            _ => "action".to_owned(),
+        let label = match header.action_kind {
+            ActionKind::Discrete => format!("action {action}"),
+            ActionKind::Continuous => "action".to_owned(),
+            ActionKind::Each => output_name(policy, action).replace('"', "'"),
         };
         writeln!(out, "  a{action} [shape=diamond, label=\"{label}\"];")?;
     }

@@ -18,6 +18,30 @@ pub struct TeamId(pub u64);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ProgramId(pub u64);
 
+/// Who gives the values of a continuous action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ActionPrograms {
+    /// The winner gives all of them.
+    #[default]
+    Winner,
+    /// Each has programs of its own, the highest bidder of which gives it; there are no other teams.
+    Each,
+}
+
+impl ActionPrograms {
+    /// Every value.
+    pub const ALL: &'static [Self] = &[Self::Winner, Self::Each];
+
+    /// The name used in configurations.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Winner => "winner",
+            Self::Each => "each",
+        }
+    }
+}
+
 /// The sizes that every genome of a run shares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
@@ -27,6 +51,8 @@ pub struct Shape {
     pub inputs: u16,
     /// The task's actions.
     pub actions: ActionSpace,
+    /// Who gives the values of a continuous action.
+    pub action_programs: ActionPrograms,
 }
 
 impl Shape {
@@ -40,6 +66,28 @@ impl Shape {
     #[must_use]
     pub fn team_constants(&self) -> usize {
         SLOTS * self.elements()
+    }
+
+    /// How many atomic actions programs can have: a discrete task's, or one for each output that has programs of its own.
+    #[must_use]
+    pub fn atomic_actions(&self) -> u16 {
+        match (self.actions, self.action_programs) {
+            (ActionSpace::Discrete(actions), _) => actions,
+            (ActionSpace::Continuous { .. }, ActionPrograms::Winner) => 1,
+            (ActionSpace::Continuous { len, .. }, ActionPrograms::Each) => len,
+        }
+    }
+
+    /// Registers of which kind hold what a program gives to the plant; `None` for discrete actions.
+    #[must_use]
+    pub fn output_section(&self) -> Option<Section> {
+        match (self.actions, self.action_programs) {
+            (ActionSpace::Discrete(_), _) => None,
+            (ActionSpace::Continuous { len, .. }, ActionPrograms::Winner) if len > 1 => {
+                Some(Section::Vector)
+            }
+            (ActionSpace::Continuous { .. }, _) => Some(Section::Scalar),
+        }
     }
 
     /// Elements of one scalar, one vector and one matrix.
@@ -221,7 +269,7 @@ mod op_code {
 /// Where a winning program leads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Action {
-    /// To the plant: an action's index, 0 in continuous tasks.
+    /// To the plant: an action's index, 0 in continuous tasks, an output's number where each has programs of its own.
     Atomic(u16),
     /// To another team.
     Team(TeamId),
@@ -262,9 +310,9 @@ impl Program {
 /// A random action that goes to the plant.
 #[must_use]
 pub fn random_atomic(shape: &Shape, rng: &mut Rng) -> Action {
-    match shape.actions {
-        ActionSpace::Discrete(actions) => Action::Atomic(rng.below(u64::from(actions)) as u16),
-        ActionSpace::Continuous { .. } => Action::Atomic(0),
+    match (shape.actions, shape.action_programs) {
+        (ActionSpace::Continuous { .. }, ActionPrograms::Winner) => Action::Atomic(0),
+        _ => Action::Atomic(rng.below(u64::from(shape.atomic_actions())) as u16),
     }
 }
 
@@ -278,7 +326,7 @@ pub fn random_constants(genes: &Genes, len: usize, rng: &mut Rng) -> Arc<[f32]> 
 /// A team: immutable once it is part of a population.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Team {
-    /// Its programs, in order; at least one is atomic.
+    /// Its programs, in order; at least one is atomic, or one for each output that has programs of its own.
     pub members: Vec<ProgramId>,
     /// Evolved constants of its shared memory, shared with clones until they change; empty without memory.
     pub memory: Arc<[f32]>,

@@ -8,7 +8,8 @@ use crate::task::Rng;
 
 /// Clones a program of the team, with fresh bid constants, behind its last member; says whether it could.
 ///
-/// The clone does what its original does, but bids differently: bᵀo + c with b ~ N(0, 1/W), c = 0 in registers that
+/// The clone leads where its original does, so where outputs have programs of their own it bids for the same output.
+/// It does what its original does, but bids differently: bᵀo + c with b ~ N(0, 1/W), c = 0 in registers that
 /// its code does not name, added to the original's bid where code computes one, else in its place. Which program is
 /// cloned is drawn among those that have such registers.
 pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &mut Rng) -> bool {

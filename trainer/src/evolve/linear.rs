@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use tpg_runtime::isa::Op;
+use tpg_runtime::tables::Section;
 
 use super::{
-    Action, Genes, Initial, Instruction, Population, Program, ResetRule, Source, Team, TeamId,
+    Action, Genes, Initial, Instruction, Population, Program, ResetRule, Shape, Source, Team,
+    TeamId,
 };
-use crate::task::{ActionSpace, Rng};
+use crate::task::Rng;
 
 /// Register of the gains on the observation; also that of the outputs.
 const GAINS: u8 = 1;
@@ -26,9 +28,9 @@ const INITIAL_RATE: f32 = 10.0;
 
 /// The operations that a linear policy needs.
 #[must_use]
-pub fn linear_ops(actions: ActionSpace, initial: Initial) -> Vec<Op> {
-    let mut ops = match actions {
-        ActionSpace::Continuous { len, .. } if len > 1 => vec![Op::MatVec, Op::VAdd],
+pub fn linear_ops(shape: &Shape, initial: Initial) -> Vec<Op> {
+    let mut ops = match shape.output_section() {
+        Some(Section::Vector) => vec![Op::MatVec, Op::VAdd],
         _ => vec![Op::Dot, Op::Add],
     };
     if initial == Initial::LinearHistory {
@@ -39,7 +41,8 @@ pub fn linear_ops(actions: ActionSpace, initial: Initial) -> Vec<Op> {
 
 /// Adds a team whose action is linear in the observation, with all gains zero; it is not a root yet.
 ///
-/// Continuous actions: one program, action = G·o + c. Discrete ones: a program for each, whose bid is gᵀo + c. With
+/// Continuous actions: one program, action = G·o + c, or one for each output, gᵀo + c, where each has programs of its own.
+/// Discrete ones: a program for each, whose bid is gᵀo + c. With
 /// [`Initial::LinearHistory`] also in r·(o − o′), where o′ is the observation of the decision before, which stateful
 /// programs remember; r begins at 10.
 #[must_use]
@@ -49,10 +52,6 @@ pub fn linear_team(
     initial: Initial,
     rng: &mut Rng,
 ) -> TeamId {
-    let actions = match genes.shape.actions {
-        ActionSpace::Discrete(actions) => actions,
-        ActionSpace::Continuous { .. } => 1,
-    };
     let instructions = code(genes, initial == Initial::LinearHistory);
     let zeros = |len| vec![0.0; if genes.constants { len } else { 0 }];
     let mut constants = zeros(genes.shape.program_constants());
@@ -60,7 +59,7 @@ pub fn linear_team(
         *rate = INITIAL_RATE;
     }
     let constants: Arc<[f32]> = constants.into();
-    let members = (0..actions)
+    let members = (0..genes.shape.atomic_actions())
         .map(|action| {
             population.add_program(Program {
                 instructions: instructions.clone(),
@@ -91,11 +90,11 @@ fn code(genes: &Genes, history: bool) -> Vec<Instruction> {
         b,
     };
     let (observation, register) = (Source::observation(0), Source::register);
-    let (product, sum, output) = match genes.shape.actions {
-        ActionSpace::Continuous { len, .. } if len > 1 => (Op::MatVec, Op::VAdd, 1),
-        ActionSpace::Continuous { .. } => (Op::Dot, Op::Add, 1),
+    let (product, sum, output) = match genes.shape.output_section() {
+        Some(Section::Scalar) => (Op::Dot, Op::Add, 1),
+        Some(_) => (Op::MatVec, Op::VAdd, 1),
         // The bid chooses among discrete actions.
-        ActionSpace::Discrete(_) => (Op::Dot, Op::Add, 0),
+        None => (Op::Dot, Op::Add, 0),
     };
     let mut code = vec![instruction(product, output, register(GAINS), observation)];
     if history {
@@ -122,7 +121,8 @@ mod tests {
     use tpg_runtime::isa::Group;
 
     use super::*;
-    use crate::evolve::Shape;
+    use crate::evolve::ActionPrograms;
+    use crate::task::ActionSpace;
 
     #[test]
     fn it_uses_none_but_the_operations_that_it_says_it_needs() {
@@ -131,13 +131,19 @@ mod tests {
             low: -1.0,
             high: 1.0,
         };
-        for actions in [ActionSpace::Discrete(3), continuous(1), continuous(4)] {
+        for (actions, action_programs) in [
+            (ActionSpace::Discrete(3), ActionPrograms::Winner),
+            (continuous(1), ActionPrograms::Winner),
+            (continuous(4), ActionPrograms::Winner),
+            (continuous(4), ActionPrograms::Each),
+        ] {
             for initial in [Initial::Linear, Initial::LinearHistory] {
                 let genes = Genes {
                     shape: Shape {
                         width: 5,
                         inputs: 5,
                         actions,
+                        action_programs,
                     },
                     ops: Genes::ops_of(&[Group::Scalar, Group::Vector, Group::Matrix]),
                     constants: true,
@@ -146,8 +152,10 @@ mod tests {
                 };
                 let mut population = Population::default();
                 let root = linear_team(&mut population, &genes, initial, &mut Rng::new(1));
-                let needed = linear_ops(actions, initial);
-                for member in &population.team(root).members {
+                let needed = linear_ops(&genes.shape, initial);
+                let members = &population.team(root).members;
+                assert!(population.is_team(members, &genes.shape));
+                for member in members {
                     let program = population.program(*member);
                     for op in program.instructions.iter().map(|i| i.op) {
                         assert!(needed.contains(&op), "{op:?}");

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::genome::random_constants;
 use super::linear::linear_team;
 use super::{
-    Action, EvolutionParams, Genes, Initial, Program, ProgramId, ResetRule, SizeRange, Team, TeamId,
+    Action, ActionPrograms, EvolutionParams, Genes, Initial, Program, ProgramId, ResetRule, Shape,
+    SizeRange, Team, TeamId,
 };
 use crate::task::Rng;
 
@@ -34,11 +35,22 @@ impl Population {
             population.roots.push(linear);
         }
         while population.roots.len() < params.population as usize {
-            let size = initial_size(params.team.size, rng);
-            let members = (0..size)
-                .map(|_| {
+            let owned = match genes.shape.action_programs {
+                ActionPrograms::Winner => 0,
+                ActionPrograms::Each => genes.shape.atomic_actions(),
+            };
+            let size = initial_size(params.team.size, rng).max(usize::from(owned));
+            // The first programs see to it that every output has one.
+            let actions = (0..owned).map(Some).chain(std::iter::repeat(None));
+            let members = actions
+                .take(size)
+                .map(|owned| {
                     let len = initial_size(params.program.size, rng);
-                    population.add_program(Program::random(genes, len, rng))
+                    let mut program = Program::random(genes, len, rng);
+                    if let Some(output) = owned {
+                        program.action = Action::Atomic(output);
+                    }
+                    population.add_program(program)
                 })
                 .collect();
             let root = population.add_team(Team {
@@ -143,10 +155,17 @@ impl Population {
             && self.programs.values().all(leads_somewhere)
     }
 
-    /// Whether some member of the team is atomic, as every team's must be.
+    /// Whether these members make a team: one of them is atomic, or one for each output that has programs of its own.
     #[must_use]
-    pub fn has_exit(&self, members: &[ProgramId]) -> bool {
-        members.iter().any(|m| self.program(*m).is_atomic())
+    pub fn is_team(&self, members: &[ProgramId], shape: &Shape) -> bool {
+        let any =
+            |found: &dyn Fn(&Program) -> bool| members.iter().any(|m| found(self.program(*m)));
+        match shape.action_programs {
+            ActionPrograms::Winner => any(&Program::is_atomic),
+            ActionPrograms::Each => {
+                (0..shape.atomic_actions()).all(|k| any(&|p| p.action == Action::Atomic(k)))
+            }
+        }
     }
 }
 

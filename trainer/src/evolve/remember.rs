@@ -4,23 +4,22 @@ use tpg_runtime::isa::{Op, REGISTERS};
 use tpg_runtime::tables::Section;
 
 use super::grow::unnamed;
-use super::{Genes, Instruction, Population, Program, ProgramId, Source};
-use crate::task::ActionSpace;
+use super::{Genes, Instruction, Population, Program, ProgramId, Shape, Source};
 
 /// Share of the difference to the observation by which a trace moves in each decision, to begin with.
 const INITIAL_RATE: f32 = 0.2;
 
 /// The operations that a memory needs.
 #[must_use]
-pub fn memory_ops(actions: ActionSpace) -> Vec<Op> {
-    let [product, sum] = output_ops(actions);
+pub fn memory_ops(shape: &Shape) -> Vec<Op> {
+    let [product, sum] = output_ops(shape);
     vec![Op::VSub, Op::VScale, Op::VAdd, product, sum]
 }
 
 /// Those that compute outputs from a vector of observations and add to them.
-fn output_ops(actions: ActionSpace) -> [Op; 2] {
-    match actions {
-        ActionSpace::Continuous { len, .. } if len > 1 => [Op::MatVec, Op::VAdd],
+fn output_ops(shape: &Shape) -> [Op; 2] {
+    match shape.output_section() {
+        Some(Section::Vector) => [Op::MatVec, Op::VAdd],
         _ => [Op::Dot, Op::Add],
     }
 }
@@ -33,16 +32,16 @@ fn output_ops(actions: ActionSpace) -> [Op; 2] {
 pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Option<ProgramId> {
     let original = population.program(id).clone();
     let code = &original.instructions;
-    let actions = genes.shape.actions;
-    if original.constants.is_empty() || !memory_ops(actions).iter().all(|op| genes.ops.contains(op))
+    if original.constants.is_empty()
+        || !memory_ops(&genes.shape)
+            .iter()
+            .all(|op| genes.ops.contains(op))
     {
         return None;
     }
-    let [product, sum] = output_ops(actions);
-    let output = match actions {
-        ActionSpace::Continuous { .. } => 1,
-        ActionSpace::Discrete(_) => 0,
-    };
+    let [product, sum] = output_ops(&genes.shape);
+    // The bid itself chooses among discrete actions.
+    let output = u8::from(genes.shape.output_section().is_some());
     let mut sets_output = code.iter();
     if !sets_output.any(|i| i.op == product && i.destination == output) {
         return None;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::genome::{Source, random_atomic};
 use super::{
-    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
-    TeamId, grow, rank, remember,
+    Action, ActionPrograms, EvolutionParams, Genes, Instruction, Population, Program, ProgramId,
+    ResetRule, Team, TeamId, grow, rank, remember,
 };
 use crate::task::Rng;
 
@@ -106,7 +106,7 @@ impl Variation<'_> {
                 }
                 members.truncate(params.size.max as usize);
                 let copy = members == first.members || members == second.members;
-                if !copy && population.has_exit(&members) {
+                if !copy && population.is_team(&members, &self.genes.shape) {
                     let memory = Arc::clone(&first.memory);
                     let child = Team {
                         members,
@@ -135,7 +135,7 @@ impl Variation<'_> {
         while team.members.len() > 1 && rng.chance(rate) {
             let at = rng.below(team.members.len() as u64) as usize;
             let removed = team.members.remove(at);
-            if !population.has_exit(&team.members) {
+            if !population.is_team(&team.members, &self.genes.shape) {
                 team.members.insert(at, removed);
             }
             rate = if params.repeat {
@@ -250,7 +250,7 @@ impl Variation<'_> {
             .collect()
     }
 
-    /// Draws a new action pointer; the team's last exit stays one.
+    /// Draws a new action pointer; the team's last exit stays one, and an output's last program stays with it.
     fn mutate_action(
         &self,
         population: &mut Population,
@@ -260,15 +260,23 @@ impl Variation<'_> {
         program: &mut Program,
         rng: &mut Rng,
     ) {
-        if rng.chance(self.params.program.atomic) {
-            program.action = random_atomic(&self.genes.shape, rng);
-            return;
-        }
+        let shape = &self.genes.shape;
         let others: Vec<ProgramId> = (0..team.members.len())
             .filter(|k| *k != at)
             .map(|k| team.members[k])
             .collect();
-        if !population.has_exit(&others) {
+        if shape.action_programs == ActionPrograms::Each {
+            let action = random_atomic(shape, rng);
+            if population.is_team(&others, shape) {
+                program.action = action;
+            }
+            return;
+        }
+        if rng.chance(self.params.program.atomic) {
+            program.action = random_atomic(shape, rng);
+            return;
+        }
+        if !population.is_team(&others, shape) {
             return;
         }
         let mut target = elders.teams[rng.below(elders.teams.len() as u64) as usize];
@@ -289,9 +297,26 @@ mod tests {
     /// Every invariant that evolution promises, checked over generations with random scores.
     #[test]
     fn invariants_hold_over_generations() {
-        let (genes, params) = (genes(), params());
+        assert!(deepest(&genes()) >= 3, "no graph of teams emerged");
+    }
+
+    #[test]
+    fn every_output_keeps_a_program() {
+        let mut genes = genes();
+        genes.shape.actions = crate::task::ActionSpace::Continuous {
+            len: 3,
+            low: -1.0,
+            high: 1.0,
+        };
+        genes.shape.action_programs = ActionPrograms::Each;
+        assert_eq!(deepest(&genes), 1);
+    }
+
+    /// Evolves, checks what every population promises, and returns the most teams that an agent reached.
+    fn deepest(genes: &Genes) -> usize {
+        let params = params();
         let mut rng = Rng::new(11);
-        let mut population = Population::random(&genes, &params, &mut rng);
+        let mut population = Population::random(genes, &params, &mut rng);
         let mut scores: Vec<(TeamId, f64)> = population
             .roots
             .iter()
@@ -300,7 +325,7 @@ mod tests {
         let mut deepest = 0;
         for _ in 0..60 {
             let variation = Variation {
-                genes: &genes,
+                genes,
                 params: &params,
                 scores: &scores,
             };
@@ -315,7 +340,8 @@ mod tests {
             );
             assert_eq!(population.roots.len(), params.population as usize);
             for (id, team) in &population.teams {
-                assert!(population.has_exit(&team.members), "{id:?} has no exit");
+                let sound = population.is_team(&team.members, &genes.shape);
+                assert!(sound, "{id:?} lacks an exit or an output");
                 assert!(team.members.len() <= params.team.size.max as usize);
                 for member in &team.members {
                     let program = population.program(*member);
@@ -339,7 +365,7 @@ mod tests {
             .map(tpg_runtime::blob::ResetScope::name)
             .collect();
         assert!(rules.len() > 1, "rules of resets do not vary: {rules:?}");
-        assert!(deepest >= 3, "no graph of teams emerged: {deepest}");
+        deepest
     }
 
     #[test]
@@ -355,7 +381,7 @@ mod tests {
         };
         for _ in 0..200 {
             let (_, child) = variation.conceive(&population, &mut rng);
-            assert!(population.has_exit(&child.members));
+            assert!(population.is_team(&child.members, &genes.shape));
             assert!(
                 child
                     .members

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use tpg_runtime::Policy;
-use tpg_runtime::blob::{MemoryModel, RegisterMode};
+use tpg_runtime::blob::{ActionKind, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{Destination, Form, Operand, REGISTERS};
 use tpg_runtime::tables::{Instruction, Program, ProgramId, Section, Target, Team, TeamId};
 
@@ -14,6 +14,8 @@ pub(super) struct Plan<'p> {
     pub(super) inputs: usize,
     pub(super) window: usize,
     pub(super) outputs: usize,
+    /// Whether each output has programs of its own.
+    pub(super) each: bool,
     pub(super) stateful: bool,
     /// Kept cells of indexed memory.
     pub(super) cells: Vec<u16>,
@@ -73,6 +75,7 @@ impl<'p> Plan<'p> {
             inputs: usize::from(header.observation_len),
             window: usize::from(header.window),
             outputs: header.outputs(),
+            each: header.action_kind == ActionKind::Each,
             stateful: header.register_mode == RegisterMode::Stateful,
             cells: tables
                 .cells
@@ -202,6 +205,19 @@ impl<'p> Plan<'p> {
     /// Whether a program ends a decision with a continuous action.
     pub(super) fn acts(&self, program: u16) -> bool {
         self.outputs > 0 && matches!(self.program(program).target, Target::Atomic(_))
+    }
+
+    /// How many values of a continuous action a program gives that acts.
+    pub(super) fn values(&self) -> usize {
+        if self.each { 1 } else { self.outputs }
+    }
+
+    /// The output that a program gives, where each has programs of its own.
+    pub(super) fn own_output(&self, program: u16) -> Option<u16> {
+        match self.program(program).target {
+            Target::Atomic(output) if self.each => Some(output),
+            _ => None,
+        }
     }
 
     /// Where a register or observation operand lies.

@@ -71,7 +71,8 @@ fn write_module(out: &mut String, plan: &Plan<'_>, command: &str) -> fmt::Result
             "/// One value for each output, within the limits.\npub type Action = [f32; {}];",
             plan.outputs
         )?;
-        writeln!(out, "type Output = Action;")?;
+        let output = if plan.each { "[f32; 1]" } else { "Action" };
+        writeln!(out, "type Output = {output};")?;
     } else {
         writeln!(
             out,

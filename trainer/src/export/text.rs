@@ -67,6 +67,7 @@ pub(super) fn preamble(plan: &Plan<'_>, command: &str) -> Vec<String> {
 pub(super) fn target(plan: &Plan<'_>, program: u16) -> String {
     match plan.program(program).target {
         Target::Team(TeamId(team)) => format!("team {team}"),
+        Target::Atomic(output) if plan.each => format!("output {output}"),
         Target::Atomic(_) if plan.outputs > 0 => "its action".to_owned(),
         Target::Atomic(action) => format!("action {action}"),
     }

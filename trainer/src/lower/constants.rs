@@ -5,7 +5,8 @@ use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::{Section, Tables};
 
 use super::Mode;
-use super::emit::{Contract, selected};
+use super::contract::Contract;
+use super::emit::selected;
 use super::liveness::{Demand, Registers, constants_read};
 use crate::evolve::{Population, ProgramId, TeamId};
 

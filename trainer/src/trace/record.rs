@@ -101,10 +101,13 @@ pub struct TeamVisit {
     pub programs: Vec<Bid>,
     /// Its programs that lead to visited teams.
     pub skipped: Vec<u16>,
-    /// The program that won.
+    /// The program that won; where outputs have programs of their own, the highest bidder of all.
     pub winner: u16,
-    /// Where it leads: `action N` or `team N`.
+    /// Where it leads: `action N` or `team N`; where outputs have programs of their own, `output N`.
     pub target: String,
+    /// For each output that has programs of its own, the one that gave it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub outputs: Vec<u16>,
 }
 
 /// What one program did in a team.
@@ -179,6 +182,15 @@ impl Observer for Recorder {
             Target::Atomic(action) => format!("action {action}"),
             Target::Team(TeamId(team)) => format!("team {team}"),
         };
+    }
+
+    fn give(&mut self, ProgramId(program): ProgramId, output: u16) {
+        let (visit, output) = (self.visit(), usize::from(output));
+        if visit.outputs.is_empty() {
+            visit.target = visit.target.replacen("action", "output", 1);
+        }
+        visit.outputs.resize(visit.outputs.len().max(output + 1), 0);
+        visit.outputs[output] = program;
     }
 }
 

@@ -46,11 +46,18 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
             "    bool ran_{program} = false;\n    float bid_{program} = 0.0f;"
         )?;
         if plan.acts(*program) {
-            writeln!(out, "    float output_{program}[{}];", plan.outputs)?;
+            writeln!(out, "    float output_{program}[{}];", plan.values())?;
         }
     }
     if plan.outputs > 0 {
         writeln!(out, "    float output[{}] = {{ 0.0f }};", plan.outputs)?;
+    }
+    if plan.each {
+        writeln!(
+            out,
+            "    bool given[{0}] = {{ false }};\n    float bests[{0}] = {{ 0.0f }};",
+            plan.outputs
+        )?;
     }
     writeln!(out, "    uint16_t team = 0, winner = 0, teams = 0;")?;
     writeln!(
@@ -161,7 +168,7 @@ fn write_member(out: &mut String, plan: &Plan<'_>, team: u16, member: Member) ->
     let length = plan.program(program).code_len;
     let mut lines = Vec::new();
     if acts && !cached {
-        lines.push(format!("float output_{program}[{}];", plan.outputs));
+        lines.push(format!("float output_{program}[{}];", plan.values()));
     }
     if !cached && unless_visited.is_some() {
         lines.push(format!("instructions += {length};"));
@@ -177,7 +184,13 @@ fn write_member(out: &mut String, plan: &Plan<'_>, team: u16, member: Member) ->
     } else {
         lines.push(format!("const float bid_{program} = {call};"));
     }
-    let take = if acts {
+    let own = plan.own_output(program);
+    if let Some(k) = own {
+        lines.push(format!(
+            "if (!given[{k}] || bid_{program} > bests[{k}]) {{ given[{k}] = true; bests[{k}] = bid_{program}; output[{k}] = output_{program}[0]; }}"
+        ));
+    }
+    let take = if acts && own.is_none() {
         format!(
             " for (int k = 0; k < {}; k++) output[k] = output_{program}[k];",
             plan.outputs

@@ -85,7 +85,7 @@ pub(super) fn write_function(
         }
     }
     if plan.acts(function.program) {
-        for k in 0..plan.outputs {
+        for k in 0..plan.values() {
             let value = scalar(plan, program, program.output + k as u16);
             writeln!(out, "    output[{k}] = {value};")?;
         }

@@ -59,12 +59,19 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
             writeln!(
                 out,
                 "        let mut output_{program} = [0.0; {}];",
-                plan.outputs
+                plan.values()
             )?;
         }
     }
     if plan.outputs > 0 {
         writeln!(out, "        let mut output = [0.0; {}];", plan.outputs)?;
+    }
+    if plan.each {
+        writeln!(
+            out,
+            "        let mut bests = [f32::NEG_INFINITY; {}];",
+            plan.outputs
+        )?;
     }
     writeln!(
         out,
@@ -190,7 +197,13 @@ fn write_member(out: &mut String, plan: &Plan<'_>, team: u16, member: Member) ->
         (false, true) => lines.push(format!("let (bid_{program}, output_{program}) = {call};")),
         (false, false) => lines.push(format!("let bid_{program} = {call};")),
     }
-    let take = if acts {
+    let own = plan.own_output(program);
+    if let Some(k) = own {
+        lines.push(format!(
+            "if bid_{program} > bests[{k}] {{ bests[{k}] = bid_{program}; output[{k}] = output_{program}[0]; }}"
+        ));
+    }
+    let take = if acts && own.is_none() {
         format!(" output = output_{program};")
     } else {
         String::new()

@@ -102,7 +102,7 @@ fn output(plan: &Plan<'_>, program: &Program) -> Option<Vec<String>> {
     let acts = matches!(program.target, Target::Atomic(_));
     (acts && plan.outputs > 0).then(|| {
         let place = |k: usize| scalar(plan, program, program.output + k as u16);
-        (0..plan.outputs).map(place).collect()
+        (0..plan.values()).map(place).collect()
     })
 }
 

@@ -1,0 +1,123 @@
+//! What a blob says apart from its graph, and the header that says it.
+
+use std::sync::Arc;
+
+use tpg_runtime::Header;
+use tpg_runtime::blob::{
+    ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+};
+use tpg_runtime::isa::Operand;
+use tpg_runtime::tables::Target;
+
+use super::emit::{LowerError, limit, small};
+use super::liveness::{Graph, Kept};
+use crate::evolve::{ActionPrograms, ResetRule, Shape};
+use crate::frontend::Perception;
+use crate::task::ActionSpace;
+
+/// What a blob says apart from the graph: the policy's contract with its plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contract {
+    /// Full name of the task.
+    pub task: String,
+    /// What the policy sees of it, in canonical form.
+    pub observability: String,
+    /// A line `name<TAB>unit` for each input, then for each continuous output.
+    pub labels: String,
+    /// Sizes shared with evolution.
+    pub shape: Shape,
+    /// Time between two decisions, in microseconds.
+    pub control_period_us: u32,
+    /// Whether registers outlive a decision.
+    pub register_mode: RegisterMode,
+    /// Where initial values come from.
+    pub initial_values: InitialValues,
+    /// When registers and memory are reset.
+    pub reset_scope: ResetScope,
+    /// What memory programs share.
+    pub memory_model: MemoryModel,
+    /// With what probabilities writes reach the slots or cells of memory.
+    pub write_distribution: WriteDistribution,
+    /// What happens to observations before programs see them.
+    pub front_end: Option<Arc<Perception>>,
+}
+
+/// The header of a policy, but for what is known once its tables are laid out.
+pub(super) fn header(
+    contract: &Contract,
+    graph: &Graph<'_>,
+    kept: &Kept,
+) -> Result<Header, LowerError> {
+    let shape = &contract.shape;
+    let (action_kind, actions, action_low, action_high) = match shape.actions {
+        ActionSpace::Discrete(actions) => (ActionKind::Discrete, actions, 0.0, 0.0),
+        ActionSpace::Continuous { len, low, high } => {
+            let kind = match shape.action_programs {
+                ActionPrograms::Winner => ActionKind::Continuous,
+                ActionPrograms::Each => ActionKind::Each,
+            };
+            (kind, len, low, high)
+        }
+    };
+    let target_limit = usize::from(Target::MAX);
+    limit("teams", graph.teams.len(), target_limit)?;
+    Ok(Header {
+        body_bytes: 0,
+        words: 0,
+        programs: small("programs", graph.programs.len())?,
+        teams: small("teams", graph.teams.len())?,
+        streams: 0,
+        width: shape.width,
+        observation_len: shape.inputs,
+        window: small("observation window", window(shape, graph, kept))?,
+        actions,
+        action_kind,
+        register_mode: contract.register_mode,
+        initial_values: contract.initial_values,
+        reset_scope: reset_scope(contract, graph),
+        memory_model: contract.memory_model,
+        write_distribution: contract.write_distribution,
+        front_end: None,
+        groups: 0,
+        action_low,
+        action_high,
+        control_period_us: contract.control_period_us,
+        provenance: [0; 16],
+    })
+}
+
+/// The agent's own rule of resets, where agents evolve it.
+fn reset_scope(contract: &Contract, graph: &Graph<'_>) -> ResetScope {
+    let rule = graph.teams.first().and_then(|(_, root)| root.reset_rule);
+    rule.map_or(contract.reset_scope, ResetRule::scope)
+}
+
+/// State words that the observation needs, repeated cyclically, so that every read of it is a plain slice.
+fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> usize {
+    let width = usize::from(shape.width);
+    let mut words = usize::from(shape.inputs);
+    for ((_, program), code) in graph.programs.iter().zip(&kept.code) {
+        let offset = usize::from(program.offset);
+        for instruction in code {
+            let kinds = instruction.op.operands();
+            for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
+                if !source.observed {
+                    continue;
+                }
+                let end = match kind {
+                    Operand::V => offset + width,
+                    Operand::M => offset + width * width,
+                    Operand::VElement | Operand::MElement => {
+                        offset + usize::from(source.element) + 1
+                    }
+                    Operand::SOrVElement if source.of_vector => {
+                        offset + usize::from(source.element) + 1
+                    }
+                    _ => continue,
+                };
+                words = words.max(end);
+            }
+        }
+    }
+    words
+}
