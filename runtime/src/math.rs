@@ -276,16 +276,19 @@ pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
 #[inline(always)]
 #[must_use]
 pub fn mat_mul<const W: usize>(x: &[[f32; W]; W], y: &[[f32; W]; W]) -> [[f32; W]; W] {
-    let mut out = [[0.0; W]; W];
-    for (out, x_row) in out.iter_mut().zip(x) {
-        for (x, y_row) in x_row.iter().zip(y) {
-            for (out, y) in out.iter_mut().zip(y_row) {
-                *out += x * y;
-            }
+    x.each_ref().map(|row| row_mul(row, y))
+}
+
+/// A row of [`mat_mul`]'s result, from a row of its left factor.
+#[inline(always)]
+pub(crate) fn row_mul<const W: usize>(row: &[f32; W], y: &[[f32; W]; W]) -> [f32; W] {
+    let mut out = [0.0; W];
+    for (x, y) in row.iter().zip(y) {
+        for (out, y) in out.iter_mut().zip(y) {
+            *out += x * y;
         }
-        *out = map(out, finite);
     }
-    out
+    map(&out, finite)
 }
 
 /// Transpose.

@@ -132,11 +132,12 @@ pub fn wides<'c, const W: usize, O: Observer>(
             }
             #[cfg(feature = "matrix")]
             Op::MatMul => {
-                let product = matrix::<W>(words, a)
-                    .zip(matrix::<W>(words, b))
-                    .map(|(x, y)| math::mat_mul(x, y));
-                if let Some(value) = product {
-                    put_matrix(words, d, &value);
+                if let Some(y) = matrix::<W>(words, b).copied() {
+                    // No row of the left factor is read twice, so the product may take its place row by row.
+                    for r in 0..W {
+                        let row = math::row_mul(vector::<W>(words, a + r * W), &y);
+                        put_row(words, d + r * W, &row);
+                    }
                 }
             }
             #[cfg(feature = "matrix")]
