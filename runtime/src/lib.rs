@@ -21,7 +21,7 @@
 //! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
 //! | `front-end` | execute [front ends](frontend): standardised observations, belief where they are blank; a policy that has one is refused without | on |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
-//! | `fast-checksum` | checks a blob about twenty times faster, by a table of 16 KiB; results stay the same | off |
+//! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `wire` | what host and board say to each other over a serial line | off |
 #![no_std]
 #![forbid(unsafe_code)]

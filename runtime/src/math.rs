@@ -22,6 +22,17 @@ pub fn finite(x: f32) -> f32 {
     if x.is_finite() { x } else { 0.0 }
 }
 
+/// [`finite`] as a branch that is hardly ever taken: what follows need not wait for the comparison.
+#[inline(always)]
+fn settle(x: f32) -> f32 {
+    if x.is_finite() { x } else { undefined() }
+}
+
+#[cold]
+const fn undefined() -> f32 {
+    0.0
+}
+
 /// The number rule of the classic set, as PyTPG's `nan_to_num`: NaN becomes +0, infinities ±`f32::MAX`.
 #[inline(always)]
 #[must_use]
@@ -50,54 +61,68 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
-macro_rules! unary {
-    ($($(#[$doc:meta])* $name:ident |$x:ident| $body:expr;)*) => {
-        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($x: f32) -> f32 { $body })*
+/// Defines operations under the number rule of the standard set, in three forms of the same bits.
+macro_rules! operations {
+    ($($(#[$doc:meta])* $name:ident |$($x:ident),+| $body:expr;)*) => {
+        /// Operations before the number rule, for loops that apply it in one place to whatever they computed.
+        pub(crate) mod raw {
+            $(#[inline(always)] pub(crate) fn $name($($x: f32),+) -> f32 { $body })*
+        }
+
+        /// Operations for the elements of vectors: without branches, so that several are computed at once.
+        pub mod lanes {
+            use super::{finite, raw};
+            pub use super::{abs, heaviside, max, min};
+
+            $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { finite(raw::$name($($x),+)) })*
+        }
+
+        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { settle(raw::$name($($x),+)) })*
     };
 }
 
-macro_rules! binary {
-    ($($(#[$doc:meta])* $name:ident |$x:ident, $y:ident| $body:expr;)*) => {
-        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($x: f32, $y: f32) -> f32 { $body })*
+macro_rules! plain {
+    ($($(#[$doc:meta])* $name:ident |$($x:ident),+| $body:expr;)*) => {
+        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { $body })*
     };
 }
 
-binary! {
+operations! {
     /// Sum.
-    add |x, y| finite(x + y);
+    add |x, y| x + y;
     /// Difference.
-    sub |x, y| finite(x - y);
+    sub |x, y| x - y;
     /// Product.
-    mul |x, y| finite(x * y);
+    mul |x, y| x * y;
     /// Quotient; 0 for a zero divisor.
-    div |x, y| finite(x / y);
+    div |x, y| x / y;
+    /// Power.
+    pow |x, y| libm::powf(x, y);
+    /// Reciprocal; 0 for zero.
+    recip |x| 1.0 / x;
+    /// Square.
+    sqr |x| x * x;
+    /// Cube, as (x·x)·x.
+    cube |x| (x * x) * x;
+    /// Square root; 0 for negative numbers.
+    sqrt |x| super::square_root(x);
+    /// Arc tangent.
+    atan |x| libm::atanf(x);
+    /// Hyperbolic tangent.
+    tanh |x| libm::tanhf(x);
+    /// Exponential; 0 where it overflows.
+    exp |x| libm::expf(x);
+    /// Natural logarithm; 0 where it is undefined.
+    log |x| libm::logf(x);
+}
+
+plain! {
     /// The smaller; the second of equals.
     min |x, y| if x < y { x } else { y };
     /// The larger; the second of equals.
     max |x, y| if x > y { x } else { y };
-    /// Power.
-    pow |x, y| finite(libm::powf(x, y));
-}
-
-unary! {
     /// Magnitude: the sign bit cleared.
-    abs |x| f32::from_bits(x.to_bits() & 0x7fff_ffff);
-    /// Reciprocal; 0 for zero.
-    recip |x| finite(1.0 / x);
-    /// Square.
-    sqr |x| finite(x * x);
-    /// Cube, as (x·x)·x.
-    cube |x| finite((x * x) * x);
-    /// Square root; 0 for negative numbers.
-    sqrt |x| finite(libm::sqrtf(x));
-    /// Arc tangent.
-    atan |x| finite(libm::atanf(x));
-    /// Hyperbolic tangent.
-    tanh |x| finite(libm::tanhf(x));
-    /// Exponential; 0 where it overflows.
-    exp |x| finite(libm::expf(x));
-    /// Natural logarithm; 0 where it is undefined.
-    log |x| finite(libm::logf(x));
+    abs |x| x.abs();
     /// 1 for x ≥ 0 (−0 included), else 0.
     heaviside |x| if x >= 0.0 { 1.0 } else { 0.0 };
 }
@@ -113,7 +138,7 @@ pub fn cond(old: f32, x: f32, y: f32) -> f32 {
 pub mod classic {
     use super::finite_classic;
 
-    binary! {
+    plain! {
         /// x + y.
         add |x, y| finite_classic(x + y);
         /// x − y.
@@ -122,9 +147,6 @@ pub mod classic {
         neg |x, y| if x < y { -x } else { x };
         /// log y if y > 0, else x.
         log |x, y| if y > 0.0 { finite_classic(libm::logf(y)) } else { x };
-    }
-
-    unary! {
         /// 2·x.
         mult |x| finite_classic(x * 2.0);
         /// x / 2.
@@ -156,6 +178,12 @@ pub fn zip<const W: usize>(x: &[f32; W], y: &[f32; W], f: impl Fn(f32, f32) -> f
         *value = f(*value, *y);
     }
     out
+}
+
+/// The correctly rounded square root; NaN for negative numbers.
+#[inline(always)]
+fn square_root(x: f32) -> f32 {
+    libm::sqrtf(x)
 }
 
 /// Sum of `f` over the elements in four partial sums: element k goes into sum k mod 4, all start
@@ -191,7 +219,7 @@ pub fn dot<const W: usize>(x: &[f32; W], y: &[f32; W]) -> f32 {
 #[inline(always)]
 #[must_use]
 pub fn norm(x: &[f32]) -> f32 {
-    finite(libm::sqrtf(sum(x, |x| x * x)))
+    finite(square_root(sum(x, |x| x * x)))
 }
 
 /// Mean of the elements; 0 of none.
@@ -206,7 +234,7 @@ pub fn mean(x: &[f32]) -> f32 {
 #[must_use]
 pub fn std(x: &[f32]) -> f32 {
     let m = mean(x);
-    finite(libm::sqrtf(sum(x, |x| (x - m) * (x - m)) / x.len() as f32))
+    finite(square_root(sum(x, |x| (x - m) * (x - m)) / x.len() as f32))
 }
 
 /// Norm of every column.
@@ -224,7 +252,7 @@ pub fn column_norm<const W: usize>(rows: &[[f32; W]; W]) -> [f32; W] {
     let [p0, p1, p2, p3] = &partial;
     let mut out = [0.0; W];
     for ((((out, p0), p1), p2), p3) in out.iter_mut().zip(p0).zip(p1).zip(p2).zip(p3) {
-        *out = finite(libm::sqrtf(join([*p0, *p1, *p2, *p3])));
+        *out = finite(square_root(join([*p0, *p1, *p2, *p3])));
     }
     out
 }
@@ -248,16 +276,19 @@ pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
 #[inline(always)]
 #[must_use]
 pub fn mat_mul<const W: usize>(x: &[[f32; W]; W], y: &[[f32; W]; W]) -> [[f32; W]; W] {
-    let mut out = [[0.0; W]; W];
-    for (out, x_row) in out.iter_mut().zip(x) {
-        for (x, y_row) in x_row.iter().zip(y) {
-            for (out, y) in out.iter_mut().zip(y_row) {
-                *out += x * y;
-            }
+    x.each_ref().map(|row| row_mul(row, y))
+}
+
+/// A row of [`mat_mul`]'s result, from a row of its left factor.
+#[inline(always)]
+pub(crate) fn row_mul<const W: usize>(row: &[f32; W], y: &[[f32; W]; W]) -> [f32; W] {
+    let mut out = [0.0; W];
+    for (x, y) in row.iter().zip(y) {
+        for (out, y) in out.iter_mut().zip(y) {
+            *out += x * y;
         }
-        *out = map(out, finite);
     }
-    out
+    map(&out, finite)
 }
 
 /// Transpose.

@@ -81,8 +81,31 @@ impl IndexedWrite {
     #[inline]
     #[must_use]
     pub fn reaches(self, cell: u16, distribution: WriteDistribution) -> bool {
-        let draw = mix64_next(self.hash, u64::from(cell)) >> 32;
-        draw < u64::from(write_threshold(cell, distribution))
+        self.draw(cell) < write_threshold(cell, distribution)
+    }
+
+    /// Which of these cells this write reaches, each with its place in the list.
+    #[inline]
+    pub(crate) fn reached(
+        self,
+        cells: &[[u8; 2]],
+        distribution: WriteDistribution,
+    ) -> impl Iterator<Item = (usize, u16)> {
+        let (mut row, mut threshold) = (u16::MAX, 0);
+        cells.iter().enumerate().filter_map(move |(k, bytes)| {
+            let cell = u16::from_le_bytes(*bytes);
+            // Cells ascend: most share their row, and so their threshold, with the one before.
+            if cell / REGISTERS as u16 != row {
+                row = cell / REGISTERS as u16;
+                threshold = write_threshold(cell, distribution);
+            }
+            (self.draw(cell) < threshold).then_some((k, cell))
+        })
+    }
+
+    #[inline]
+    const fn draw(self, cell: u16) -> u32 {
+        (mix64_next(self.hash, cell as u64) >> 32) as u32
     }
 }
 

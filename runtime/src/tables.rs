@@ -333,19 +333,25 @@ impl Instruction {
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
+        match Self::parts(bytes) {
+            (Some(op), [d, a, b]) => Some(Instruction { op, d, a, b }),
+            (None, _) => None,
+        }
+    }
+
+    /// The operation of a stored record, if there is one of that code, and its fields `d`, `a` and `b`.
+    #[inline(always)]
+    pub(crate) const fn parts(bytes: &[u8; Self::BYTES]) -> (Option<Op>, [u16; 3]) {
         // Whole fields: taken byte by byte they cost more than most operations.
         let (&[[code, _], d, a, b], []) = bytes.as_chunks::<2>() else {
-            return None;
+            return (None, [0; 3]);
         };
-        match Op::from_code(code) {
-            Some(op) => Some(Instruction {
-                op,
-                d: u16::from_le_bytes(d),
-                a: u16::from_le_bytes(a),
-                b: u16::from_le_bytes(b),
-            }),
-            None => None,
-        }
+        let fields = [
+            u16::from_le_bytes(d),
+            u16::from_le_bytes(a),
+            u16::from_le_bytes(b),
+        ];
+        (Op::from_code(code), fields)
     }
 }
 

@@ -88,18 +88,15 @@ pub(super) fn write_indexed<O: Observer>(
     let write = shared.indexed.begin_write();
     let first = policy.cells_start();
     let distribution = policy.header.write_distribution.built();
-    for (k, bytes) in policy.tables.cells.iter().enumerate() {
-        let cell = u16::from_le_bytes(*bytes);
-        if write.reaches(cell, distribution) {
-            shared.observer.write(Place::Cell(cell));
-            let column = usize::from(cell) % REGISTERS;
-            copy(
-                words,
-                usize::from(program.state_start) + column,
-                first + k,
-                1,
-            );
-        }
+    for (k, cell) in write.reached(policy.tables.cells, distribution) {
+        shared.observer.write(Place::Cell(cell));
+        let column = usize::from(cell) % REGISTERS;
+        copy(
+            words,
+            usize::from(program.state_start) + column,
+            first + k,
+            1,
+        );
     }
 }
 

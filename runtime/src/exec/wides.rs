@@ -21,7 +21,7 @@ use super::scalars::{load, store};
 use super::shared::{read, read_whole, reload, write, write_indexed};
 use super::{Code, Shared};
 use crate::isa::Op;
-use crate::math;
+use crate::math::{self, lanes};
 use crate::tables::{Instruction, Program, Section, Team};
 use crate::trace::Observer;
 use crate::verify::Policy;
@@ -45,23 +45,23 @@ pub fn wides<'c, const W: usize, O: Observer>(
         let [d, a, b] = [i.d, i.a, i.b].map(usize::from);
         match i.op {
             #[cfg(feature = "vector")]
-            Op::VAdd => zip_vector::<W>(words, [d, a, b], math::add),
+            Op::VAdd => zip_vector::<W>(words, [d, a, b], lanes::add),
             #[cfg(feature = "vector")]
-            Op::VSub => zip_vector::<W>(words, [d, a, b], math::sub),
+            Op::VSub => zip_vector::<W>(words, [d, a, b], lanes::sub),
             #[cfg(feature = "vector")]
-            Op::VMul => zip_vector::<W>(words, [d, a, b], math::mul),
+            Op::VMul => zip_vector::<W>(words, [d, a, b], lanes::mul),
             #[cfg(feature = "vector")]
-            Op::VDiv => zip_vector::<W>(words, [d, a, b], math::div),
+            Op::VDiv => zip_vector::<W>(words, [d, a, b], lanes::div),
             #[cfg(feature = "vector")]
-            Op::VMin => zip_vector::<W>(words, [d, a, b], math::min),
+            Op::VMin => zip_vector::<W>(words, [d, a, b], lanes::min),
             #[cfg(feature = "vector")]
-            Op::VMax => zip_vector::<W>(words, [d, a, b], math::max),
+            Op::VMax => zip_vector::<W>(words, [d, a, b], lanes::max),
             #[cfg(feature = "vector")]
-            Op::VAbs => map_vector::<W>(words, [d, a], math::abs),
+            Op::VAbs => map_vector::<W>(words, [d, a], lanes::abs),
             #[cfg(feature = "vector")]
-            Op::VRecip => map_vector::<W>(words, [d, a], math::recip),
+            Op::VRecip => map_vector::<W>(words, [d, a], lanes::recip),
             #[cfg(feature = "vector")]
-            Op::VHeaviside => map_vector::<W>(words, [d, a], math::heaviside),
+            Op::VHeaviside => map_vector::<W>(words, [d, a], lanes::heaviside),
             #[cfg(feature = "vector")]
             Op::VScale => scale_vector::<W>(words, [i.d, i.a, i.b]),
             #[cfg(feature = "vector")]
@@ -98,23 +98,23 @@ pub fn wides<'c, const W: usize, O: Observer>(
                 }
             }
             #[cfg(feature = "matrix")]
-            Op::MAdd => zip_matrix::<W>(words, [d, a, b], math::add),
+            Op::MAdd => zip_matrix::<W>(words, [d, a, b], lanes::add),
             #[cfg(feature = "matrix")]
-            Op::MSub => zip_matrix::<W>(words, [d, a, b], math::sub),
+            Op::MSub => zip_matrix::<W>(words, [d, a, b], lanes::sub),
             #[cfg(feature = "matrix")]
-            Op::MMul => zip_matrix::<W>(words, [d, a, b], math::mul),
+            Op::MMul => zip_matrix::<W>(words, [d, a, b], lanes::mul),
             #[cfg(feature = "matrix")]
-            Op::MDiv => zip_matrix::<W>(words, [d, a, b], math::div),
+            Op::MDiv => zip_matrix::<W>(words, [d, a, b], lanes::div),
             #[cfg(feature = "matrix")]
-            Op::MMin => zip_matrix::<W>(words, [d, a, b], math::min),
+            Op::MMin => zip_matrix::<W>(words, [d, a, b], lanes::min),
             #[cfg(feature = "matrix")]
-            Op::MMax => zip_matrix::<W>(words, [d, a, b], math::max),
+            Op::MMax => zip_matrix::<W>(words, [d, a, b], lanes::max),
             #[cfg(feature = "matrix")]
-            Op::MAbs => map_matrix::<W>(words, [d, a], math::abs),
+            Op::MAbs => map_matrix::<W>(words, [d, a], lanes::abs),
             #[cfg(feature = "matrix")]
-            Op::MRecip => map_matrix::<W>(words, [d, a], math::recip),
+            Op::MRecip => map_matrix::<W>(words, [d, a], lanes::recip),
             #[cfg(feature = "matrix")]
-            Op::MHeaviside => map_matrix::<W>(words, [d, a], math::heaviside),
+            Op::MHeaviside => map_matrix::<W>(words, [d, a], lanes::heaviside),
             #[cfg(feature = "matrix")]
             Op::Transpose => {
                 if let Some(value) = matrix::<W>(words, a).map(math::transpose) {
@@ -127,16 +127,17 @@ pub fn wides<'c, const W: usize, O: Observer>(
             Op::Outer => {
                 let (x, y) = (*vector::<W>(words, a), *vector::<W>(words, b));
                 for (r, x) in x.iter().enumerate() {
-                    put_row(words, d + r * W, &math::map(&y, |y| math::mul(*x, y)));
+                    put_row(words, d + r * W, &math::map(&y, |y| lanes::mul(*x, y)));
                 }
             }
             #[cfg(feature = "matrix")]
             Op::MatMul => {
-                let product = matrix::<W>(words, a)
-                    .zip(matrix::<W>(words, b))
-                    .map(|(x, y)| math::mat_mul(x, y));
-                if let Some(value) = product {
-                    put_matrix(words, d, &value);
+                if let Some(y) = matrix::<W>(words, b).copied() {
+                    // No row of the left factor is read twice, so the product may take its place row by row.
+                    for r in 0..W {
+                        let row = math::row_mul(vector::<W>(words, a + r * W), &y);
+                        put_row(words, d + r * W, &row);
+                    }
                 }
             }
             #[cfg(feature = "matrix")]

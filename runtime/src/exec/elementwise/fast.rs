@@ -4,7 +4,7 @@ use core::cell::Cell;
 
 use crate::exec::rows::{matrix, put_row, vector};
 use crate::exec::scalars::load;
-use crate::math;
+use crate::math::{self, lanes};
 
 /// `f` of every pair of elements of two vectors.
 #[inline(always)]
@@ -32,7 +32,7 @@ pub(in crate::exec) fn map_vector<const W: usize>(
 #[inline(always)]
 pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
     let s = load(words, s);
-    map_vector::<W>(words, [d, x].map(usize::from), |x| math::mul(s, x));
+    map_vector::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
 }
 
 /// `f` of every pair of elements of two matrices, four at a time.
@@ -107,7 +107,7 @@ pub(in crate::exec) fn reduce_matrix<const W: usize>(
 #[inline(always)]
 pub(in crate::exec) fn scale_matrix<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
     let s = load(words, s);
-    map_matrix::<W>(words, [d, x].map(usize::from), |x| math::mul(s, x));
+    map_matrix::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
 }
 
 #[inline(always)]

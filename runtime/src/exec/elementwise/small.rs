@@ -1,6 +1,6 @@
 //! All operations by one loop, which calls each through a pointer.
 
-use crate::math;
+use crate::math::lanes;
 
 /// Element k of `d` becomes `f` of element k · `step` of `a` and element k of `b`.
 #[inline(never)]
@@ -90,7 +90,7 @@ pub(in crate::exec) fn map_vector<const W: usize>(
 
 /// Every element of a vector times a scalar.
 pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], at: [u16; 3]) {
-    each(words, at.map(usize::from), 0, W, math::mul);
+    each(words, at.map(usize::from), 0, W, lanes::mul);
 }
 
 /// `f` of every pair of elements of two matrices.
@@ -113,5 +113,5 @@ pub(in crate::exec) fn map_matrix<const W: usize>(
 
 /// Every element of a matrix times a scalar.
 pub(in crate::exec) fn scale_matrix<const W: usize>(words: &mut [f32], at: [u16; 3]) {
-    each(words, at.map(usize::from), 0, W * W, math::mul);
+    each(words, at.map(usize::from), 0, W * W, lanes::mul);
 }

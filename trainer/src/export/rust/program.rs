@@ -252,16 +252,18 @@ pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
     let matrix = op.destination() == Destination::M;
     let body = match form {
         Form::Each if matrix && b == Operand::None => {
-            format!("each_row(x, |x| math::map(x, math::{f}))")
+            format!("each_row(x, |x| math::map(x, math::lanes::{f}))")
         }
         Form::Each if matrix => format!(
-            "let mut out = *x;\n    for (out, y) in out.iter_mut().zip(y) {{\n        *out = math::zip(out, y, math::{f});\n    }}\n    out"
+            "let mut out = *x;\n    for (out, y) in out.iter_mut().zip(y) {{\n        *out = math::zip(out, y, math::lanes::{f});\n    }}\n    out"
         ),
-        Form::Each if b == Operand::None => format!("math::map(x, math::{f})"),
-        Form::Each => format!("math::zip(x, y, math::{f})"),
-        Form::Scale if matrix => format!("each_row(y, |y| math::map(y, |y| math::{f}(x, y)))"),
-        Form::Scale => format!("math::map(y, |y| math::{f}(x, y))"),
-        Form::Outer => format!("fill_rows(x, |x| math::map(y, |y| math::{f}(x, y)))"),
+        Form::Each if b == Operand::None => format!("math::map(x, math::lanes::{f})"),
+        Form::Each => format!("math::zip(x, y, math::lanes::{f})"),
+        Form::Scale if matrix => {
+            format!("each_row(y, |y| math::map(y, |y| math::lanes::{f}(x, y)))")
+        }
+        Form::Scale => format!("math::map(y, |y| math::lanes::{f}(x, y))"),
+        Form::Outer => format!("fill_rows(x, |x| math::map(y, |y| math::lanes::{f}(x, y)))"),
         Form::Reduce if a == Operand::M => format!("math::{f}(x.as_flattened())"),
         Form::Reduce => format!("math::{f}(x)"),
         Form::Rows => format!(
