@@ -5,5 +5,5 @@
 mod board;
 mod share;
 
-pub use board::{BOARDS, Board, Firmware, FootprintError, Measured};
+pub use board::{BOARDS, Board, Firmware, FootprintError, Measured, Profile};
 pub use share::{ProgramShare, TeamShare, shares};

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::env;
 use std::ffi::OsStr;
+use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -64,6 +65,42 @@ pub const BOARDS: [Board; 3] = [
         ],
     },
 ];
+
+/// How the firmware is compiled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Profile {
+    /// For little flash, as the examples come: opt-level s and the runtime's feature `small-code`.
+    Size,
+    /// For short decisions: opt-level 3, without `small-code`.
+    Speed,
+}
+
+impl Profile {
+    /// What cargo is told, and the folder that it then builds in.
+    const fn options(self) -> (&'static [&'static str], &'static str) {
+        match self {
+            Profile::Size => (&["--release"], "release"),
+            Profile::Speed => (
+                &[
+                    "--profile=speed",
+                    "--no-default-features",
+                    "--features=all-operations",
+                ],
+                "speed",
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Profile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Profile::Size => "size",
+            Profile::Speed => "speed",
+        })
+    }
+}
 
 /// Why a footprint could not be measured.
 #[derive(Debug, thiserror::Error)]
@@ -176,11 +213,16 @@ impl Firmware {
     ///
     /// # Errors
     /// Any other [`FootprintError`].
-    pub fn measure(&self, board: &Board, policy: &Path) -> Result<Measured, FootprintError> {
+    pub fn measure(
+        &self,
+        board: &Board,
+        profile: Profile,
+        policy: &Path,
+    ) -> Result<Measured, FootprintError> {
         let bytes = fs::metadata(policy).map(|data| data.len());
         let flash_blob_bytes = bytes.map_err(|error| unreadable(policy, error))?;
         let [decide, measure] =
-            ["decide", "measure"].map(|program| self.build(board, program, policy));
+            ["decide", "measure"].map(|program| self.build(board, profile, program, policy));
         let (flash, ram) = sections(&decide?)?;
         let printed = run(board, &measure?)?;
         let number = |key: &str| printed.get(key).copied().unwrap_or(0);
@@ -204,22 +246,18 @@ impl Firmware {
     fn build(
         &self,
         board: &Board,
+        profile: Profile,
         program: &str,
         policy: &Path,
     ) -> Result<PathBuf, FootprintError> {
         let repository = self.folder.parent().unwrap_or(&self.folder);
         let target_dir = repository.join("target/footprint").join(board.name);
         let policy = fs::canonicalize(policy).map_err(|error| unreadable(policy, error))?;
+        let (options, folder) = profile.options();
         let mut cargo = Command::new(repository.join("scripts/cargo-for"));
         cargo
-            .args([
-                board.target,
-                "build",
-                "--quiet",
-                "--release",
-                "--bin",
-                program,
-            ])
+            .args([board.target, "build", "--quiet", "--bin", program])
+            .args(options)
             .current_dir(self.folder.join(board.name))
             .env("CARGO_TARGET_DIR", &target_dir)
             .env("TPG_CHAMPION", policy)
@@ -232,7 +270,7 @@ impl Firmware {
                 output: text(&output),
             });
         }
-        Ok(target_dir.join(board.target).join("release").join(program))
+        Ok(target_dir.join(board.target).join(folder).join(program))
     }
 }
 
