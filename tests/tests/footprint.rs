@@ -38,6 +38,8 @@ fn a_footprint_has_every_figure_and_they_add_up() {
         assert_eq!(target["flash_blob_bytes"], inspected["blob_bytes"]);
         assert!(number(&target["agent_bytes"]) >= number(&inspected["state_bytes"]));
         assert!(number(&target["instructions_mean"]) <= number(&report["instructions_worst"]));
+        // What the code can take is never less than what was seen.
+        assert!(number(&target["stack_bytes_bound"]) >= number(&target["stack_bytes"]));
         let (worst, mean) = (
             &target["machine_instructions_worst_seen"],
             &target["machine_instructions_mean"],

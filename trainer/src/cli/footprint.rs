@@ -106,8 +106,8 @@ impl fmt::Display for Footprint {
             )?;
             writeln!(
                 f,
-                "  RAM             {} bytes static, {} of them the agent; {} of stack in a decision",
-                m.ram_static_bytes, m.agent_bytes, m.stack_bytes
+                "  RAM             {} bytes static, {} of them the agent; {} of stack in a decision, {} at most",
+                m.ram_static_bytes, m.agent_bytes, m.stack_bytes, m.stack_bytes_bound
             )?;
             writeln!(
                 f,

@@ -12,6 +12,8 @@ use std::process::{Command, Output};
 use object::{Object as _, ObjectSection as _, SectionFlags, elf};
 use serde::Serialize;
 
+use super::stack::{self, StackError};
+
 /// A board that an emulator stands in for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Board {
@@ -142,6 +144,16 @@ pub enum FootprintError {
         /// What it printed.
         output: String,
     },
+    /// A decision's stack has no bound.
+    #[error("no bound of the stack in {path} ({board})")]
+    Stack {
+        /// The board.
+        board: &'static str,
+        /// The program.
+        path: PathBuf,
+        /// Why.
+        source: StackError,
+    },
     /// The firmware's file cannot be read.
     #[error("cannot look into {path}")]
     Elf {
@@ -151,6 +163,9 @@ pub enum FootprintError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
+
+/// The function of `decide` that decides once, as its mangled names contain it.
+const DECISION: &str = "6decide4step";
 
 /// What was measured on a board; the fields are keys of `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -169,6 +184,8 @@ pub struct Measured {
     pub agent_bytes: u64,
     /// Most stack that a decision was seen to take.
     pub stack_bytes: u64,
+    /// Most stack that a decision of `decide` can take, from its code; handlers of interrupts come on top.
+    pub stack_bytes_bound: u64,
     /// Decisions that were measured.
     pub decisions: u64,
     /// Instructions of the policy in a decision, mean.
@@ -223,7 +240,16 @@ impl Firmware {
         let flash_blob_bytes = bytes.map_err(|error| unreadable(policy, error))?;
         let [decide, measure] =
             ["decide", "measure"].map(|program| self.build(board, profile, program, policy));
-        let (flash, ram) = sections(&decide?)?;
+        let decide = decide?;
+        let (flash, ram) = sections(&decide)?;
+        let stack_bytes_bound = stack::bound(&decide, DECISION).map_err(|source| {
+            let (board, path) = (board.name, decide);
+            FootprintError::Stack {
+                board,
+                path,
+                source,
+            }
+        })?;
         let printed = run(board, &measure?)?;
         let number = |key: &str| printed.get(key).copied().unwrap_or(0);
         let decisions = number("decisions").max(1);
@@ -236,6 +262,7 @@ impl Firmware {
             ram_static_bytes: ram + number("agent_bytes"),
             agent_bytes: number("agent_bytes"),
             stack_bytes: number("stack_bytes"),
+            stack_bytes_bound,
             decisions,
             instructions_mean: mean("instructions_sum"),
             machine_instructions_mean: mean("machine_instructions_sum"),
