@@ -105,13 +105,18 @@ const fn expanded(c: u32) -> u32 {
                 | (offset >> 1 & 0x3ff) << 21
                 | (offset >> 11 & 1) << 20
                 | (offset >> 12 & 0xff) << 12;
-            scattered | (link == 1) as u32 * (RA << 7) | 0x6f
+            scattered | returning(link == 1) | 0x6f
         }
         // c.jr, c.jalr; c.mv and c.add to the stack pointer.
-        (2, 4) if c >> 2 & 31 == 0 && d != 0 => d << 15 | (c >> 12 & 1) * (RA << 7) | 0x67,
+        (2, 4) if c >> 2 & 31 == 0 && d != 0 => d << 15 | returning(c >> 12 & 1 == 1) | 0x67,
         (2, 4) if d == SP => SP << 7 | 0x33,
         _ => 0,
     }
+}
+
+/// The register that a jump keeps the address to return to in.
+const fn returning(calls: bool) -> u32 {
+    if calls { RA << 7 } else { 0 }
 }
 
 const fn addi(d: u32, s: u32, immediate: i32) -> u32 {

@@ -19,7 +19,7 @@ pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) ->
         let (first, second) = (half(k), half(k + 1));
         if is_data(at) {
             // A constant beside the code may be an address.
-            if at % 4 == 0 {
+            if at.is_multiple_of(4) {
                 code.addresses.insert(u64::from(second << 16 | first));
             }
             k += 1;
