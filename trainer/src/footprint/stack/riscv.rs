@@ -122,3 +122,58 @@ const fn returning(calls: bool) -> u32 {
 const fn addi(d: u32, s: u32, immediate: i32) -> u32 {
     (immediate as u32) << 20 | s << 15 | d << 7 | 0x13
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Encodings of LLVM's assembler.
+    #[test]
+    fn instructions_that_take_stack_or_leave_are_known() {
+        let bytes = [
+            0x41, 0x11, // c.addi sp, -16
+            0x25, 0x71, // c.addi16sp sp, -416
+            0x13, 0x01, 0x01, 0x81, // addi sp, sp, -2032
+            0x00, 0x10, // c.addi4spn s0, sp, 32
+            0x0d, 0x2c, // c.jal to 0x23c from the start
+            0xef, 0x20, 0x20, 0x23, // jal to 0x223e
+            0x35, 0xa4, // c.j to 0x23c
+            0x6f, 0x20, 0xc0, 0x22, // j to 0x223e
+            0x97, 0x20, 0x00, 0x00, // auipc ra, 2
+            0xe7, 0x80, 0xc0, 0xf9, // jalr -100(ra)
+            0x17, 0x33, 0x00, 0x00, // auipc t1, 3
+            0x67, 0x00, 0x83, 0x02, // jr 40(t1)
+            0x37, 0x05, 0x00, 0x20, // lui a0, 0x20000
+            0x13, 0x05, 0x45, 0x02, // addi a0, a0, 36
+            0x8d, 0x65, // c.lui a1, 3
+            0xf1, 0x15, // c.addi a1, -4
+            0x13, 0x01, 0x04, 0xfe, // addi sp, s0, -32
+            0xb2, 0x40, // c.lwsp ra, 12(sp)
+            0x41, 0x01, // c.addi sp, 16
+            0x82, 0x80, // ret
+        ];
+        let code = decode(0x8000_0000, &bytes, false);
+        assert_eq!(code.frame, 16 + 416 + 2032);
+        let calls = [0x8000_023c, 0x8000_1fb2, 0x8000_223e];
+        assert_eq!(code.calls, BTreeSet::from(calls));
+        let jumps = [0x8000_023c, 0x8000_223e, 0x8000_3046];
+        assert_eq!(code.jumps, BTreeSet::from(jumps));
+        assert!(
+            code.addresses
+                .is_superset(&BTreeSet::from([0x2000_0024, 0x2ffc]))
+        );
+        assert!(!code.through_pointer);
+        assert_eq!(code.dynamic, None);
+    }
+
+    #[test]
+    fn pointers_and_unknown_amounts_are_noticed() {
+        assert!(decode(0, &[0x02, 0x99], true).through_pointer, "jalr s2");
+        assert!(decode(0, &[0x82, 0x87], false).through_pointer, "jr a5");
+        assert!(!decode(0, &[0x82, 0x87], true).through_pointer, "a switch");
+        let sub_sp_sp_t0 = [0x33, 0x01, 0x51, 0x40];
+        assert_eq!(decode(0, &sub_sp_sp_t0, false).dynamic, Some(0));
+    }
+}

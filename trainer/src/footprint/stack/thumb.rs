@@ -138,3 +138,72 @@ const fn expanded(immediate: u32) -> u32 {
         _ => (byte | 0x80).rotate_right(immediate >> 7),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    fn code(halves: &[u16]) -> Code {
+        let bytes: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
+        decode(0x8000, &bytes, |_| false)
+    }
+
+    /// Encodings of GNU as.
+    #[test]
+    fn instructions_that_take_stack_or_leave_are_known() {
+        let code = code(&[
+            0xb5b0, // push {r4, r5, r7, lr}
+            0xaf02, // add r7, sp, #8
+            0xf84d, 0x8d04, // str r8, [sp, #-4]!
+            0xe92d, 0x0f00, // stmdb sp!, {r8, r9, sl, fp}
+            0xe96d, 0x0102, // strd r0, r1, [sp, #-8]!
+            0xed2d, 0x8b10, // vpush {d8-d15}
+            0xb091, // sub sp, #68
+            0xf5ad, 0x6d95, // sub.w sp, sp, #1192
+            0xf6ad, 0x3db8, // subw sp, sp, #3000
+            0xf000, 0xf9ef, // bl to 0x400 from the start
+            0xf7ff, 0xfded, // bl to -0x400
+            0xf000, 0xbbeb, // b.w to 0x800
+            0xf000, 0x87e9, // beq.w to 0x1000
+            0xd007, // beq to 0x40
+            0xe016, // b to 0x60
+            0xf241, 0x2035, // movw r0, #0x1235
+            0xf2c2, 0x0000, // movt r0, #0x2000
+            0x4568, // cmp r0, sp
+            0xb001, // add sp, #4
+            0xecbd, 0x8b10, // vpop {d8-d15}
+            0xf1a7, 0x0408, // sub.w r4, r7, #8
+            0x46bd, // mov sp, r7
+            0xf85d, 0x8b04, // ldr r8, [sp], #4
+            0xbdb0, // pop {r4, r5, r7, pc}
+        ]);
+        assert_eq!(code.frame, 16 + 4 + 16 + 8 + 64 + 68 + 1192 + 3000);
+        assert_eq!(code.calls, BTreeSet::from([0x7c00, 0x8400]));
+        assert_eq!(code.jumps, BTreeSet::from([0x8040, 0x8060, 0x8800, 0x9000]));
+        assert_eq!(code.addresses, BTreeSet::from([0x2000_1235]));
+        assert!(!code.through_pointer);
+        assert_eq!(code.dynamic, None);
+    }
+
+    #[test]
+    fn pointers_and_unknown_amounts_are_noticed() {
+        for halves in [
+            &[0x4798][..],     // blx r3
+            &[0x4718],         // bx r3
+            &[0x469f],         // mov pc, r3
+            &[0xf8d3, 0xf000], // ldr.w pc, [r3]
+        ] {
+            assert!(code(halves).through_pointer, "{halves:x?}");
+        }
+        for halves in [
+            &[0x46a5][..],     // mov sp, r4
+            &[0x44a5],         // add sp, r4
+            &[0xebad, 0x0d04], // sub.w sp, sp, r4
+            &[0xf1a4, 0x0d08], // sub.w sp, r4, #8
+        ] {
+            assert_eq!(code(halves).dynamic, Some(0x8000), "{halves:x?}");
+        }
+    }
+}
