@@ -66,6 +66,8 @@ struct Code {
 /// A linked program.
 struct Program<'d> {
     arm: bool,
+    /// Where the processor starts: no code calls that, though a constant may look like its address.
+    begin: u64,
     /// Names of functions by their addresses.
     names: BTreeMap<u64, &'d str>,
     /// Sections of code: address and bytes.
@@ -100,6 +102,7 @@ impl<'d> Program<'d> {
         };
         let mut program = Program {
             arm,
+            begin: file.entry(),
             names: BTreeMap::new(),
             text: Vec::new(),
             constants: BTreeSet::new(),
@@ -132,7 +135,7 @@ impl<'d> Program<'d> {
     /// The function that a word points to; pointers to Thumb code are odd.
     fn pointed(&self, word: u64) -> Option<u64> {
         let start = if self.arm { word.checked_sub(1)? } else { word };
-        let possible = !self.arm || word & 1 == 1;
+        let possible = word != self.begin && (!self.arm || word & 1 == 1);
         (possible && self.names.contains_key(&start)).then_some(start)
     }
 
