@@ -190,7 +190,7 @@ fn folder_with_golden(text: &str) -> tempfile::NamedTempFile {
 #[test]
 fn the_nucleo_example_builds() {
     if NUCLEO.is_available() {
-        for program in ["decide", "selftest"] {
+        for program in ["decide", "selftest", "serial"] {
             assert!(NUCLEO.build(program).is_file());
         }
     }

@@ -79,13 +79,13 @@ fn champion(name: &str) -> PathBuf {
 }
 
 /// The same episodes here and on the board; every number that is not a time must be equal.
-fn assert_board_equals_eval(board: Board, name: &str, more: &[&str]) {
-    let file = champion(name);
-    let emulator = Emulator::start(board, &file);
+fn assert_board_equals_eval(board: Board, file: &Path, more: &[&str]) {
+    let name = file.display();
+    let emulator = Emulator::start(board, file);
     let controller = emulator.controller();
     let mut arguments = vec![
         "eval",
-        text(&file),
+        text(file),
         "--episodes",
         "2",
         "--seed",
@@ -111,8 +111,14 @@ fn assert_board_equals_eval(board: Board, name: &str, more: &[&str]) {
 #[test]
 fn mujoco_episodes_on_a_cortex_m4f_return_the_same_bits() {
     if M4F.is_available() {
-        assert_board_equals_eval(M4F, "hopper-sr-sm-b23", &[]);
-        assert_board_equals_eval(M4F, "inverted-double-pendulum-sr", &[]);
+        // With memory and without, with front ends and without.
+        for name in ["hopper-sr-sm-b23", "inverted-double-pendulum-sr"] {
+            assert_board_equals_eval(M4F, &champion(name), &[]);
+        }
+        for name in ["hopper-b23", "inverted-double-pendulum-b23"] {
+            let file = repository().join(format!("docs/champions/{name}.tpg"));
+            assert_board_equals_eval(M4F, &file, &[]);
+        }
     }
 }
 
@@ -120,7 +126,7 @@ fn mujoco_episodes_on_a_cortex_m4f_return_the_same_bits() {
 #[test]
 fn mujoco_episodes_on_a_cortex_m3_return_the_same_bits() {
     if M3.is_available() {
-        assert_board_equals_eval(M3, "hopper-sr-sm-b23", &[]);
+        assert_board_equals_eval(M3, &champion("hopper-sr-sm-b23"), &[]);
     }
 }
 
@@ -128,7 +134,8 @@ fn mujoco_episodes_on_a_cortex_m3_return_the_same_bits() {
 fn classic_episodes_on_boards_return_the_same_bits() {
     for board in [M4F, RISCV] {
         if board.is_available() {
-            assert_board_equals_eval(board, "cartpole-sr-sm-b23", &["--disturb", "delay:1"]);
+            let file = champion("cartpole-sr-sm-b23");
+            assert_board_equals_eval(board, &file, &["--disturb", "delay:1"]);
         }
     }
 }

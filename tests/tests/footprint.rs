@@ -12,17 +12,12 @@ fn a_footprint_has_every_figure_and_they_add_up() {
     }
     let file = golden::path("champions/pendulum-per-episode.tpg");
     let folder = repository().join("firmware-examples");
-    let report = tpg_json(&[
-        "footprint",
-        text(&file),
-        "--firmware",
-        text(&folder),
-        "--target",
-        "mps2-an386",
-        "--target",
-        "riscv-virt",
-        "--json",
-    ]);
+    let footprint = |more: &[&str]| {
+        let mut arguments = vec!["footprint", text(&file), "--firmware", text(&folder)];
+        arguments.extend(more);
+        tpg_json(&arguments)
+    };
+    let report = footprint(&["--target", "mps2-an386", "--target", "riscv-virt", "--json"]);
     let number = |value: &Value| {
         value
             .as_f64()
@@ -41,8 +36,17 @@ fn a_footprint_has_every_figure_and_they_add_up() {
             assert!(number(&target[key]) > 0.0, "{key}: {report}");
         }
         assert_eq!(target["flash_blob_bytes"], inspected["blob_bytes"]);
-        assert!(number(&target["agent_bytes"]) >= number(&inspected["state_bytes"]));
+        let (agent, state) = (&target["agent_bytes"], &inspected["state_bytes"]);
+        assert!(number(agent) >= number(state));
+        // What an agent may take beyond its state, and all that one of chapter 2 may, which reads 256 cells at most.
+        assert!(
+            number(agent) <= number(state) + 1024.0,
+            "{agent} for {state}"
+        );
+        assert!(number(agent) <= 2048.0, "{agent}");
         assert!(number(&target["instructions_mean"]) <= number(&report["instructions_worst"]));
+        // What the code can take is never less than what was seen.
+        assert!(number(&target["stack_bytes_bound"]) >= number(&target["stack_bytes"]));
         let (worst, mean) = (
             &target["machine_instructions_worst_seen"],
             &target["machine_instructions_mean"],
@@ -58,6 +62,20 @@ fn a_footprint_has_every_figure_and_they_add_up() {
         instructions as u64,
         inspected["instructions"].as_u64().expect("a number")
     );
+    // Fast code takes more flash and executes less, for the same decisions.
+    let fast = footprint(&["--profile", "speed", "--json"]);
+    assert_eq!([&report["profile"], &fast["profile"]], ["size", "speed"]);
+    let (small, fast) = (&report["targets"][0], &fast["targets"][0]);
+    assert_eq!(small["instructions_mean"], fast["instructions_mean"]);
+    for (less, more, key) in [
+        (fast, small, "machine_instructions_mean"),
+        (small, fast, "flash_code_bytes"),
+    ] {
+        assert!(
+            number(&less[key]) < number(&more[key]),
+            "{key}: {less} {more}"
+        );
+    }
 }
 
 #[test]

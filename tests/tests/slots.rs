@@ -149,9 +149,12 @@ fn a_power_cut_at_any_byte_leaves_a_working_policy() {
         .chain(erasure - 20..=erasure + 20)
         .chain(whole - 120..=whole);
     let mut seen = [0, 0];
-    for cut in cuts {
+    // A byte that is being changed when the power goes may read as anything: as before, as wanted, or as neither.
+    let torn = [0xff, 0x5a, 0x00, 0x31];
+    for (cut, torn) in cuts.zip(torn.into_iter().cycle()) {
         let flash = prepared();
         let mut board = Board::start(&flash);
+        flash.tear(torn);
         flash.cut_after(cut);
         // Most cuts come before the end, which is the firmware's to notice and not of interest here.
         let _ = board.update(&new);
@@ -166,8 +169,9 @@ fn a_power_cut_at_any_byte_leaves_a_working_policy() {
             is_new || running == provenance(&old),
             "cut after {cut}: {running:?}"
         );
-        // Only a mark that is whole confirms.
-        assert_eq!(is_new, cut == whole, "cut after {cut}");
+        // Only a mark that is whole confirms, if by its last byte's being torn the right way.
+        let confirmed = cut == whole || (cut + 1 == whole && torn == 0x5a);
+        assert_eq!(is_new, confirmed, "cut after {cut}");
         seen[usize::from(is_new)] += 1;
         // And it can be updated once more.
         board
@@ -176,7 +180,7 @@ fn a_power_cut_at_any_byte_leaves_a_working_policy() {
         board.decide();
         assert_eq!(Board::start(&flash).identity().provenance, provenance(&new));
     }
-    assert!(seen[0] > 50 && seen[1] == 1, "{seen:?}");
+    assert!(seen[0] > 50 && seen[1] >= 1, "{seen:?}");
 }
 
 #[test]

@@ -4,6 +4,8 @@
 
 mod board;
 mod share;
+mod stack;
 
-pub use board::{BOARDS, Board, Firmware, FootprintError, Measured};
+pub use board::{BOARDS, Board, Firmware, FootprintError, Measured, Profile};
 pub use share::{ProgramShare, TeamShare, shares};
+pub use stack::StackError;

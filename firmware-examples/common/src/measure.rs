@@ -48,11 +48,8 @@ pub fn run<
         // What reading the counter takes itself, and the call, cancel out.
         let idle = now();
         let begin = now();
-        let decision = agent.decide(observation);
+        seen.instructions_sum += u64::from(decide(agent, observation));
         let end = now();
-        if let Ok(decision) = decision {
-            seen.instructions_sum += u64::from(decision.instructions);
-        }
         let machine = end
             .wrapping_sub(begin)
             .saturating_sub(begin.wrapping_sub(idle));
@@ -64,6 +61,23 @@ pub fn run<
     }
     seen.stack_bytes = high_water(here);
     seen
+}
+
+/// Instructions of a decision; a function of its own, so that all its stack lies below its caller's.
+#[inline(never)]
+fn decide<
+    W: Width,
+    const WORDS: usize,
+    const PROGRAMS: usize,
+    const TEAMS: usize,
+    const STREAMS: usize,
+>(
+    agent: &mut Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+    observation: &[f32],
+) -> u32 {
+    agent
+        .decide(observation)
+        .map_or(0, |decision| decision.instructions)
 }
 
 /// An address in the caller's frame, or just below it.

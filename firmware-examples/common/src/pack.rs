@@ -55,22 +55,35 @@ pub fn try_all(
     memory: &[u8],
     mut report: impl FnMut(u32, Option<u32>, Hash),
 ) -> Result<(), PackError> {
+    for (number, policy) in (0..).zip(policies(memory)?) {
+        let (decisions, policy) = policy?;
+        let outcome = try_one(policy, decisions, |n, hash| report(number, Some(n), hash))?;
+        report(number, None, outcome.hash);
+    }
+    Ok(())
+}
+
+/// The policies of a pack, each with the number of decisions that it is to take; an error for a damaged one.
+///
+/// # Errors
+/// [`PackError::NoPack`], here and from the iterator, or [`PackError::Policy`].
+pub fn policies(
+    memory: &[u8],
+) -> Result<impl Iterator<Item = Result<(u32, Policy<'_>), PackError>>, PackError> {
     let (magic, rest) = memory.split_first_chunk::<4>().ok_or(PackError::NoPack)?;
     if *magic != MAGIC {
         return Err(PackError::NoPack);
     }
     let (decisions, rest) = number(rest)?;
     let (count, mut rest) = number(rest)?;
-    for k in 0..count {
+    let mut next = move || {
         let (len, bytes) = number(rest)?;
         let len = len as usize;
         let policy = bytes.get(..len).ok_or(PackError::NoPack)?;
         rest = bytes.get(len.next_multiple_of(4)..).unwrap_or_default();
-        let policy = Policy::load(policy).map_err(PackError::Policy)?;
-        let outcome = try_one(policy, decisions, |n, hash| report(k, Some(n), hash))?;
-        report(k, None, outcome.hash);
-    }
-    Ok(())
+        Ok((decisions, Policy::load(policy).map_err(PackError::Policy)?))
+    };
+    Ok((0..count).map(move |_| next()))
 }
 
 /// Tries one policy on an agent of just its width, as firmware has it.

@@ -23,6 +23,8 @@ struct State {
     power: u64,
     /// Bytes that were erased or written so far.
     used: u64,
+    /// What a byte reads as whose change the power did not outlast; as before if none.
+    torn: Option<u8>,
 }
 
 impl SimFlash {
@@ -33,6 +35,7 @@ impl SimFlash {
             bytes: std::vec![0x3c; bytes],
             power: u64::MAX,
             used: 0,
+            torn: None,
         };
         SimFlash {
             state: Arc::new(Mutex::new(state)),
@@ -42,6 +45,11 @@ impl SimFlash {
     /// Cuts the power after so many more bytes are erased or written; what comes then fails and changes nothing.
     pub fn cut_after(&self, bytes: u64) {
         self.with(|state| state.power = bytes);
+    }
+
+    /// Makes the byte that is being changed when the power is cut read as this from then on.
+    pub fn tear(&self, value: u8) {
+        self.with(|state| state.torn = Some(value));
     }
 
     /// Bytes that were erased or written so far.
@@ -69,6 +77,8 @@ impl SimFlash {
             }
             for (k, byte) in state.bytes[part].iter_mut().enumerate() {
                 if state.power == 0 {
+                    // Only the first byte after the cut is half changed.
+                    *byte = state.torn.take().unwrap_or(*byte);
                     return Err(NorFlashErrorKind::Other);
                 }
                 state.power -= 1;

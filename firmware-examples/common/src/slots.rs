@@ -13,7 +13,7 @@
 
 use core::ops::Range;
 
-use embedded_storage::nor_flash::NorFlash;
+pub use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use tpg_runtime::Policy;
 use tpg_runtime::wire::{Refusal, checksum};
 

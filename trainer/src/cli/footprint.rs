@@ -9,7 +9,7 @@ use tpg_runtime::Policy;
 
 use super::{Failure, Fault as _, Status, print_json};
 use crate::footprint::{
-    BOARDS, Board, Firmware, FootprintError, Measured, ProgramShare, TeamShare, shares,
+    BOARDS, Board, Firmware, FootprintError, Measured, Profile, ProgramShare, TeamShare, shares,
 };
 
 /// Arguments of `tpg footprint`.
@@ -22,6 +22,10 @@ pub(super) struct Args {
     /// riscv-virt.
     #[arg(long, value_name = "BOARD", value_parser = board)]
     target: Vec<Board>,
+    /// Compiled for little flash (opt-level s and feature small-code, as the examples come) or for short decisions
+    /// (opt-level 3).
+    #[arg(long, value_enum, default_value = "size")]
+    profile: Profile,
     /// The repository's folder firmware-examples, if it is not in or above the working directory.
     #[arg(long, value_name = "DIR")]
     firmware: Option<PathBuf>,
@@ -39,6 +43,7 @@ fn board(name: &str) -> Result<Board, String> {
 /// What a policy takes; the fields are the keys of `--json`.
 #[derive(Debug, Serialize)]
 struct Footprint {
+    profile: Profile,
     instructions_worst: u32,
     targets: Vec<Measured>,
     teams: Vec<TeamShare>,
@@ -56,10 +61,11 @@ pub(super) fn run(args: &Args) -> Result<Status, Failure> {
         &args.target
     };
     let measured: Result<Vec<_>, _> = (boards.iter())
-        .map(|board| firmware.measure(board, &args.file))
+        .map(|board| firmware.measure(board, args.profile, &args.file))
         .collect();
     let (teams, programs) = shares(&policy);
     let footprint = Footprint {
+        profile: args.profile,
         instructions_worst: policy.bounds().instructions,
         targets: measured.map_err(failure)?,
         teams,
@@ -91,7 +97,8 @@ impl fmt::Display for Footprint {
             self.instructions_worst
         )?;
         for m in &self.targets {
-            writeln!(f, "{} ({})", m.board, m.processor)?;
+            let profile = self.profile;
+            writeln!(f, "{} ({}), profile {profile}", m.board, m.processor)?;
             writeln!(
                 f,
                 "  flash           {} bytes of code, {} of policy",
@@ -99,8 +106,8 @@ impl fmt::Display for Footprint {
             )?;
             writeln!(
                 f,
-                "  RAM             {} bytes static, {} of them the agent; {} of stack in a decision",
-                m.ram_static_bytes, m.agent_bytes, m.stack_bytes
+                "  RAM             {} bytes static, {} of them the agent; {} of stack in a decision, {} at most",
+                m.ram_static_bytes, m.agent_bytes, m.stack_bytes, m.stack_bytes_bound
             )?;
             writeln!(
                 f,

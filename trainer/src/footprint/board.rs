@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::env;
 use std::ffi::OsStr;
+use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,8 @@ use std::process::{Command, Output};
 
 use object::{Object as _, ObjectSection as _, SectionFlags, elf};
 use serde::Serialize;
+
+use super::stack::{self, StackError};
 
 /// A board that an emulator stands in for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +68,42 @@ pub const BOARDS: [Board; 3] = [
     },
 ];
 
+/// How the firmware is compiled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Profile {
+    /// For little flash, as the examples come: opt-level s and the runtime's feature `small-code`.
+    Size,
+    /// For short decisions: opt-level 3, without `small-code`.
+    Speed,
+}
+
+impl Profile {
+    /// What cargo is told, and the folder that it then builds in.
+    const fn options(self) -> (&'static [&'static str], &'static str) {
+        match self {
+            Profile::Size => (&["--release"], "release"),
+            Profile::Speed => (
+                &[
+                    "--profile=speed",
+                    "--no-default-features",
+                    "--features=all-operations",
+                ],
+                "speed",
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Profile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Profile::Size => "size",
+            Profile::Speed => "speed",
+        })
+    }
+}
+
 /// Why a footprint could not be measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -105,6 +144,16 @@ pub enum FootprintError {
         /// What it printed.
         output: String,
     },
+    /// A decision's stack has no bound.
+    #[error("no bound of the stack in {path} ({board})")]
+    Stack {
+        /// The board.
+        board: &'static str,
+        /// The program.
+        path: PathBuf,
+        /// Why.
+        source: StackError,
+    },
     /// The firmware's file cannot be read.
     #[error("cannot look into {path}")]
     Elf {
@@ -114,6 +163,9 @@ pub enum FootprintError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
+
+/// The function of `decide` that decides once, as its mangled names contain it.
+const DECISION: &str = "6decide4step";
 
 /// What was measured on a board; the fields are keys of `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -132,6 +184,8 @@ pub struct Measured {
     pub agent_bytes: u64,
     /// Most stack that a decision was seen to take.
     pub stack_bytes: u64,
+    /// Most stack that a decision of `decide` can take, from its code; handlers of interrupts come on top.
+    pub stack_bytes_bound: u64,
     /// Decisions that were measured.
     pub decisions: u64,
     /// Instructions of the policy in a decision, mean.
@@ -176,12 +230,26 @@ impl Firmware {
     ///
     /// # Errors
     /// Any other [`FootprintError`].
-    pub fn measure(&self, board: &Board, policy: &Path) -> Result<Measured, FootprintError> {
+    pub fn measure(
+        &self,
+        board: &Board,
+        profile: Profile,
+        policy: &Path,
+    ) -> Result<Measured, FootprintError> {
         let bytes = fs::metadata(policy).map(|data| data.len());
         let flash_blob_bytes = bytes.map_err(|error| unreadable(policy, error))?;
         let [decide, measure] =
-            ["decide", "measure"].map(|program| self.build(board, program, policy));
-        let (flash, ram) = sections(&decide?)?;
+            ["decide", "measure"].map(|program| self.build(board, profile, program, policy));
+        let decide = decide?;
+        let (flash, ram) = sections(&decide)?;
+        let stack_bytes_bound = stack::bound(&decide, DECISION).map_err(|source| {
+            let (board, path) = (board.name, decide);
+            FootprintError::Stack {
+                board,
+                path,
+                source,
+            }
+        })?;
         let printed = run(board, &measure?)?;
         let number = |key: &str| printed.get(key).copied().unwrap_or(0);
         let decisions = number("decisions").max(1);
@@ -194,6 +262,7 @@ impl Firmware {
             ram_static_bytes: ram + number("agent_bytes"),
             agent_bytes: number("agent_bytes"),
             stack_bytes: number("stack_bytes"),
+            stack_bytes_bound,
             decisions,
             instructions_mean: mean("instructions_sum"),
             machine_instructions_mean: mean("machine_instructions_sum"),
@@ -204,22 +273,18 @@ impl Firmware {
     fn build(
         &self,
         board: &Board,
+        profile: Profile,
         program: &str,
         policy: &Path,
     ) -> Result<PathBuf, FootprintError> {
         let repository = self.folder.parent().unwrap_or(&self.folder);
         let target_dir = repository.join("target/footprint").join(board.name);
         let policy = fs::canonicalize(policy).map_err(|error| unreadable(policy, error))?;
+        let (options, folder) = profile.options();
         let mut cargo = Command::new(repository.join("scripts/cargo-for"));
         cargo
-            .args([
-                board.target,
-                "build",
-                "--quiet",
-                "--release",
-                "--bin",
-                program,
-            ])
+            .args([board.target, "build", "--quiet", "--bin", program])
+            .args(options)
             .current_dir(self.folder.join(board.name))
             .env("CARGO_TARGET_DIR", &target_dir)
             .env("TPG_CHAMPION", policy)
@@ -232,7 +297,7 @@ impl Firmware {
                 output: text(&output),
             });
         }
-        Ok(target_dir.join(board.target).join("release").join(program))
+        Ok(target_dir.join(board.target).join(folder).join(program))
     }
 }
 

@@ -1,0 +1,30 @@
+//! Counts what policies of width 11 in a pack in spare memory execute: instructions of the policy, and of the processor.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use semihosting::{println, process::exit};
+use tpg_board::{measure, mps2, pack};
+use tpg_runtime::{Agent, Fixed};
+
+type Roomy<'p> = Agent<'p, Fixed<11>, 2048, 8, 4, 4>;
+
+#[entry]
+fn main() -> ! {
+    // SAFETY: this board's memory that holds nothing of the program; nobody writes to it.
+    let memory = unsafe { core::slice::from_raw_parts(mps2::SPARE, mps2::SPARE_BYTES) };
+    let counter = mps2::InstructionCounter::start();
+    let Ok(policies) = pack::policies(memory) else {
+        println!("error: {}", pack::PackError::NoPack);
+        exit(1)
+    };
+    for policy in policies {
+        let Some(mut agent) = (policy.ok()).and_then(|(_, policy)| Roomy::new(policy).ok()) else {
+            println!("error: no policy of width 11, or one too large");
+            exit(1)
+        };
+        let seen = measure::run(&mut agent, || counter.now());
+        println!("{} {}", seen.instructions_sum, seen.machine_sum);
+    }
+    exit(0)
+}

@@ -1,0 +1,60 @@
+//! Decides for a plant at the other end of the board's USB cable, and takes new policies from there into its flash.
+//!
+//! The ST-Link hands USART2 on to the host, as `/dev/ttyACM0` under Linux, at 115 200 baud.
+#![no_std]
+#![no_main]
+
+#[path = "../slot_flash.rs"]
+mod slot_flash;
+
+use cortex_m_rt::entry;
+use stm32f4xx_hal::{nb, pac, prelude::*, rcc, serial};
+use tpg_board::serial::Session;
+use tpg_runtime::{Agent, Capacities, Fixed, Policy};
+
+use slot_flash::SlotFlash;
+
+static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
+// edit 2: room for later policies: words, programs, teams, streams.
+type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+
+#[entry]
+fn main() -> ! {
+    // Reset has just made the peripherals available, once.
+    let (Some(device), Ok(policy)) = (pac::Peripherals::take(), Policy::load(CHAMPION)) else {
+        stop()
+    };
+    let Ok(mut agent) = Roomy::new(policy) else {
+        stop()
+    };
+    let flash = SlotFlash::new(device.FLASH);
+    let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent) else {
+        stop()
+    };
+    let mut rcc = device.RCC.freeze(
+        rcc::Config::hse(8.MHz())
+            .bypass_hse_oscillator()
+            .sysclk(168.MHz()),
+    );
+    let pins = device.GPIOA.split(&mut rcc);
+    let rate = serial::Config::default().baudrate(115_200.bps());
+    let Ok(mut line) = (device.USART2).serial::<u8>((pins.pa2, pins.pa3), rate, &mut rcc) else {
+        stop()
+    };
+    loop {
+        // A byte that was lost or damaged leaves a frame that the checksum drops and the host sends again.
+        let Ok(byte) = nb::block!(line.read()) else {
+            continue;
+        };
+        for answer in session.take(&mut agent, byte) {
+            let _ = nb::block!(line.write(*answer));
+        }
+    }
+}
+
+/// Says nothing: the host misses the answers, and makes its plant safe.
+fn stop() -> ! {
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,237 @@
+//! Most stack that a function of a linked program can take, found without running it: what its instructions take from the
+//! stack pointer, and the functions that it calls.
+//!
+//! A function counts with all that it ever takes, on whatever path, and a jump to another function as a call; both can
+//! only make the bound too high. A call through a pointer counts as one of each function whose address stands in constant
+//! data or is formed by code that can be reached. Recursion, and whatever moves the stack pointer by an amount that the
+//! code does not say, have no bound and are errors. Handlers of interrupts come on top.
+
+mod riscv;
+mod thumb;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use object::{
+    Architecture, Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind,
+};
+
+/// Why the stack has no bound that this finds.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StackError {
+    /// The file is no program for a processor that this knows.
+    #[error("it is no program for an ARM Cortex-M or a 32-bit RISC-V")]
+    Unknown,
+    /// The program cannot be read.
+    #[error(transparent)]
+    Read(#[from] std::io::Error),
+    /// Its format is damaged.
+    #[error(transparent)]
+    Format(#[from] object::Error),
+    /// The function is missing.
+    #[error("it has no function {0}")]
+    Missing(String),
+    /// An instruction moves the stack pointer by an unknown amount.
+    #[error("{function} moves the stack pointer by an unknown amount, at {address:#x}")]
+    Dynamic {
+        /// The function.
+        function: String,
+        /// Address of the instruction.
+        address: u64,
+    },
+    /// A function calls itself, through others or not.
+    #[error("{0} can call itself")]
+    Recursion(String),
+}
+
+/// What the code of a function says.
+#[derive(Debug, Default)]
+struct Code {
+    /// Bytes that it takes from the stack pointer.
+    frame: u64,
+    /// What it calls.
+    calls: BTreeSet<u64>,
+    /// Where it jumps to, itself mostly.
+    jumps: BTreeSet<u64>,
+    /// Addresses that it forms, some of them of functions.
+    addresses: BTreeSet<u64>,
+    /// Whether it calls or jumps to an address in a register, other than that to return to.
+    through_pointer: bool,
+    /// The first instruction that moves the stack pointer by an unknown amount.
+    dynamic: Option<u64>,
+}
+
+/// A linked program.
+struct Program<'d> {
+    arm: bool,
+    /// Where the processor starts: no code calls that, though a constant may look like its address.
+    begin: u64,
+    /// Names of functions by their addresses.
+    names: BTreeMap<u64, &'d str>,
+    /// Sections of code: address and bytes.
+    text: Vec<(u64, &'d [u8])>,
+    /// Words of constant data that may be addresses.
+    constants: BTreeSet<u64>,
+    /// Ends of code and beginnings of data within it, and the other way round.
+    data_begins: BTreeMap<u64, bool>,
+}
+
+/// Bytes of stack that the function whose mangled name contains `entry` can take at most, all that it calls included.
+///
+/// # Errors
+/// [`StackError`].
+pub fn bound(path: &Path, entry: &str) -> Result<u64, StackError> {
+    let bytes = fs::read(path)?;
+    let program = Program::parse(&bytes)?;
+    let found = program.names.iter().find(|(_, name)| name.contains(entry));
+    let (entry, _) = found.ok_or_else(|| StackError::Missing(entry.to_owned()))?;
+    let graph = program.reached_from(*entry)?;
+    let mut bounds = BTreeMap::new();
+    program.most(*entry, &graph, &mut bounds, &mut Vec::new())
+}
+
+impl<'d> Program<'d> {
+    fn parse(bytes: &'d [u8]) -> Result<Self, StackError> {
+        let file = object::File::parse(bytes)?;
+        let arm = match file.architecture() {
+            Architecture::Arm => true,
+            Architecture::Riscv32 => false,
+            _ => return Err(StackError::Unknown),
+        };
+        let mut program = Program {
+            arm,
+            begin: file.entry(),
+            names: BTreeMap::new(),
+            text: Vec::new(),
+            constants: BTreeSet::new(),
+            data_begins: BTreeMap::new(),
+        };
+        for section in file.sections() {
+            match section.kind() {
+                SectionKind::Text => program.text.push((section.address(), section.data()?)),
+                // The table of interrupts is the processor's: no code calls what stands in it.
+                _ if section.name() == Ok(".vector_table") => {}
+                SectionKind::ReadOnlyData | SectionKind::Data => {
+                    program.constants.extend(words(section.data()?));
+                }
+                _ => {}
+            }
+        }
+        for symbol in file.symbols() {
+            let (name, address) = (symbol.name().unwrap_or_default(), symbol.address());
+            if symbol.kind() == SymbolKind::Text {
+                // Symbols of Thumb code are odd too.
+                let start = if arm { address & !1 } else { address };
+                program.names.insert(start, name);
+            } else if let Some(mark) = name.strip_prefix('$') {
+                program.data_begins.insert(address, mark.starts_with('d'));
+            }
+        }
+        Ok(program)
+    }
+
+    /// The function that a word points to; pointers to Thumb code are odd.
+    fn pointed(&self, word: u64) -> Option<u64> {
+        let start = if self.arm { word.checked_sub(1)? } else { word };
+        let possible = word != self.begin && (!self.arm || word & 1 == 1);
+        (possible && self.names.contains_key(&start)).then_some(start)
+    }
+
+    fn name(&self, function: u64) -> String {
+        (self.names.get(&function)).map_or_else(|| format!("{function:#x}"), |n| (*n).to_owned())
+    }
+
+    /// The function that an address lies in.
+    fn function_at(&self, address: u64) -> Option<u64> {
+        (self.names.range(..=address).next_back()).map(|(start, _)| *start)
+    }
+
+    fn decode(&self, function: u64) -> Result<Code, StackError> {
+        let section = (self.text.iter()).find_map(|(address, bytes)| {
+            let from = usize::try_from(function.checked_sub(*address)?).ok()?;
+            Some((bytes.get(from..)?, address + bytes.len() as u64))
+        });
+        let Some((bytes, end)) = section else {
+            return Err(StackError::Missing(self.name(function)));
+        };
+        let next = self.names.range(function + 1..).next();
+        let end = next.map_or(end, |(next, _)| end.min(*next));
+        let bytes = &bytes[..(end - function) as usize];
+        let code = if self.arm {
+            thumb::decode(function, bytes, |at| {
+                let mark = self.data_begins.range(..=at).next_back();
+                mark.is_some_and(|(_, data)| *data)
+            })
+        } else {
+            // Where constant data has addresses within a function, they are those of a switch.
+            let switches = self.constants.range(function + 1..end).next().is_some();
+            riscv::decode(function, bytes, switches)
+        };
+        match code.dynamic {
+            None => Ok(code),
+            Some(address) => Err(StackError::Dynamic {
+                function: self.name(function),
+                address,
+            }),
+        }
+    }
+
+    /// Every function that can be reached, with its frame and the functions that it calls.
+    fn reached_from(&self, entry: u64) -> Result<BTreeMap<u64, (u64, BTreeSet<u64>)>, StackError> {
+        let mut codes = BTreeMap::new();
+        let pointers = self.constants.iter().filter_map(|word| self.pointed(*word));
+        let mut pointed: BTreeSet<u64> = pointers.collect();
+        let mut open = BTreeSet::from([entry]);
+        while let Some(function) = open.pop_first() {
+            let mut code = self.decode(function)?;
+            let left = code.jumps.iter().filter_map(|at| self.function_at(*at));
+            code.calls.extend(left.filter(|other| *other != function));
+            pointed.extend(code.addresses.iter().filter_map(|word| self.pointed(*word)));
+            open.extend(&code.calls);
+            codes.insert(function, code);
+            if codes.values().any(|code| code.through_pointer) {
+                open.extend(&pointed);
+            }
+            open.retain(|function| !codes.contains_key(function));
+        }
+        let mut graph = BTreeMap::new();
+        for (function, mut code) in codes {
+            if code.through_pointer {
+                code.calls.extend(&pointed);
+            }
+            graph.insert(function, (code.frame, code.calls));
+        }
+        Ok(graph)
+    }
+
+    fn most(
+        &self,
+        function: u64,
+        graph: &BTreeMap<u64, (u64, BTreeSet<u64>)>,
+        bounds: &mut BTreeMap<u64, u64>,
+        callers: &mut Vec<u64>,
+    ) -> Result<u64, StackError> {
+        if let Some(bound) = bounds.get(&function) {
+            return Ok(*bound);
+        }
+        if callers.contains(&function) {
+            return Err(StackError::Recursion(self.name(function)));
+        }
+        callers.push(function);
+        let (frame, targets) = &graph[&function];
+        let mut deepest = 0;
+        for target in targets {
+            deepest = deepest.max(self.most(*target, graph, bounds, callers)?);
+        }
+        callers.pop();
+        bounds.insert(function, frame + deepest);
+        Ok(frame + deepest)
+    }
+}
+
+/// Words of a section that may be addresses.
+fn words(bytes: &[u8]) -> impl Iterator<Item = u64> {
+    (bytes.as_chunks::<4>().0.iter()).map(|word| u64::from(u32::from_le_bytes(*word)))
+}
