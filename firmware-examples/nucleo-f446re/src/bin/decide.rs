@@ -6,7 +6,9 @@
 mod plant;
 
 use cortex_m_rt::entry;
-use stm32f4xx_hal::{pac, prelude::*, rcc::Config, watchdog::IndependentWatchdog};
+use stm32f4xx_hal::{
+    pac, prelude::*, rcc::Config, timer::CounterUs, watchdog::IndependentWatchdog,
+};
 use tpg_runtime::{Capacities, Header, Policy, Reset, agent_type};
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
@@ -31,15 +33,9 @@ fn main() -> ! {
     let (true, Ok(mut agent)) = (plant::fits(&policy), Champion::new(policy)) else {
         stay_safe()
     };
-    let mut rcc = device.RCC.freeze(
-        Config::hse(8.MHz())
-            .bypass_hse_oscillator()
-            .sysclk(168.MHz()),
-    );
-    let mut timer = device.TIM5.counter_us(&mut rcc);
-    if timer.start(PERIOD_US.micros()).is_err() {
+    let Some(mut timer) = control_timer(device.RCC, device.TIM5) else {
         stay_safe()
-    }
+    };
     let mut watchdog = IndependentWatchdog::new(device.IWDG);
     watchdog.start((3 * PERIOD_US.div_ceil(1000)).millis());
     agent.reset(Reset::Agent, 1);
@@ -54,6 +50,19 @@ fn main() -> ! {
         while timer.wait().is_err() {}
         watchdog.feed();
     }
+}
+
+/// A timer of the control period. Apart from all else, so that the compiler sees constants alone, and drops the library's
+/// panics for clocks that cannot be.
+#[inline(never)]
+fn control_timer(rcc: pac::RCC, timer: pac::TIM5) -> Option<CounterUs<pac::TIM5>> {
+    let mut rcc = rcc.freeze(
+        Config::hse(8.MHz())
+            .bypass_hse_oscillator()
+            .sysclk(168.MHz()),
+    );
+    let mut timer = timer.counter_us(&mut rcc);
+    timer.start(PERIOD_US.micros()).ok().map(|()| timer)
 }
 
 fn stay_safe() -> ! {
