@@ -34,6 +34,17 @@ pub(super) fn store(words: &mut [f32], at: u16, value: f32) {
     }
 }
 
+/// Whether results meet the number rule in one place, at the end of the loop, rather than in each operation that needs it. Hosts
+/// predict its branch; a microcontroller would only execute more. All words are finite, so where the rule has nothing to do
+/// it changes nothing.
+const ONE_RULE: bool = cfg!(target_pointer_width = "64");
+
+/// The number rule, unless it is applied later.
+#[inline(always)]
+fn ruled(x: f32) -> f32 {
+    if ONE_RULE { x } else { math::finite(x) }
+}
+
 /// Runs scalar instructions up to the first other one and returns what is left from there.
 ///
 /// A function of its own with few arguments, so that the loop lives in registers. `S` is an array where the capacity is
@@ -57,29 +68,29 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
         let (a, b) = (load(words, at_a), load(words, at_b));
         let result = match op {
             #[cfg(feature = "scalar")]
-            Op::Add => raw::add(a, b),
+            Op::Add => ruled(raw::add(a, b)),
             #[cfg(feature = "scalar")]
-            Op::Sub => raw::sub(a, b),
+            Op::Sub => ruled(raw::sub(a, b)),
             #[cfg(feature = "scalar")]
-            Op::Mul => raw::mul(a, b),
+            Op::Mul => ruled(raw::mul(a, b)),
             #[cfg(feature = "scalar")]
-            Op::Div => raw::div(a, b),
+            Op::Div => ruled(raw::div(a, b)),
             #[cfg(feature = "scalar")]
             Op::Min => math::min(a, b),
             #[cfg(feature = "scalar")]
             Op::Max => math::max(a, b),
             #[cfg(feature = "scalar")]
-            Op::Pow => raw::pow(a, b),
+            Op::Pow => ruled(raw::pow(a, b)),
             #[cfg(feature = "scalar")]
             Op::Abs => math::abs(a),
             #[cfg(feature = "scalar")]
-            Op::Recip => raw::recip(a),
+            Op::Recip => ruled(raw::recip(a)),
             #[cfg(feature = "scalar")]
-            Op::Sqr => raw::sqr(a),
+            Op::Sqr => ruled(raw::sqr(a)),
             #[cfg(feature = "scalar")]
-            Op::Cube => raw::cube(a),
+            Op::Cube => ruled(raw::cube(a)),
             #[cfg(feature = "scalar")]
-            Op::Sqrt => raw::sqrt(a),
+            Op::Sqrt => ruled(raw::sqrt(a)),
             #[cfg(feature = "scalar")]
             Op::Sin => math::sin(a),
             #[cfg(feature = "scalar")]
@@ -91,13 +102,13 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
             #[cfg(feature = "scalar")]
             Op::Acos => math::acos(a),
             #[cfg(feature = "scalar")]
-            Op::Atan => raw::atan(a),
+            Op::Atan => ruled(raw::atan(a)),
             #[cfg(feature = "scalar")]
-            Op::Tanh => raw::tanh(a),
+            Op::Tanh => ruled(raw::tanh(a)),
             #[cfg(feature = "scalar")]
-            Op::Exp => raw::exp(a),
+            Op::Exp => ruled(raw::exp(a)),
             #[cfg(feature = "scalar")]
-            Op::Log => raw::log(a),
+            Op::Log => ruled(raw::log(a)),
             #[cfg(feature = "scalar")]
             Op::Heaviside => math::heaviside(a),
             #[cfg(feature = "scalar")]
@@ -127,7 +138,14 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
             Op::ClassicExp => classic::exp(a),
             _ => return rest,
         };
-        // All words are finite: where the rule has nothing to do it changes nothing, and one place for it is the fastest.
-        store(words, d, math::finite(result));
+        store(
+            words,
+            d,
+            if ONE_RULE {
+                math::finite(result)
+            } else {
+                result
+            },
+        );
     }
 }
