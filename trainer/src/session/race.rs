@@ -27,10 +27,16 @@ impl Race {
         self.returns.get(&root).map(|returns| mean(returns))
     }
 
-    /// Keeps those that can still win after so many episodes, the leader first.
+    /// Episodes of the list that it has run.
+    fn has_run(&self, root: TeamId) -> usize {
+        self.returns.get(&root).map_or(0, Vec::len)
+    }
+
+    /// Keeps those that can still win after so many of all `last` episodes, the leader first.
     ///
-    /// Who lies behind is judged by the differences on the same episodes.
-    fn thin(&self, runners: &mut Vec<TeamId>, episodes: usize) {
+    /// Who lies behind is judged by the differences on the same episodes. One that ran them all in an earlier race stays to the
+    /// end: it costs nothing, and its few first episodes tell less than what is known of it.
+    fn thin(&self, runners: &mut Vec<TeamId>, episodes: usize, last: usize) {
         let returns = |root: TeamId| self.returns.get(&root).and_then(|r| r.get(..episodes));
         runners.retain(|root| returns(*root).is_some());
         let key = |root: &TeamId| returns(*root).map_or(f64::NEG_INFINITY, mean);
@@ -40,6 +46,9 @@ impl Race {
             return;
         };
         let can_win = |root: &TeamId| {
+            if episodes < last && self.has_run(*root) >= last {
+                return true;
+            }
             let gaps: Vec<f64> = leader
                 .iter()
                 .zip(returns(*root).unwrap_or_default())
@@ -76,7 +85,7 @@ impl Session {
         while run < last {
             let next = (run + batch).min(last);
             self.run_on(pool, &runners, run..next, tally);
-            self.race.thin(&mut runners, next);
+            self.race.thin(&mut runners, next, last);
             run = next;
         }
         self.race.champion = runners.first().copied().or(self.race.champion);
@@ -90,11 +99,10 @@ impl Session {
         numbers: std::ops::Range<usize>,
         tally: &mut Tally,
     ) {
-        let has_run = |root: &TeamId| self.race.returns.get(root).map_or(0, Vec::len);
         let fresh: Vec<TeamId> = runners
             .iter()
             .copied()
-            .filter(|root| has_run(root) == numbers.start)
+            .filter(|root| self.race.has_run(*root) == numbers.start)
             .collect();
         let seeds: Vec<u64> = numbers
             .map(|k| episode_seed(Domain::Select, self.seed, 0, k as u64))
@@ -141,8 +149,25 @@ mod tests {
             returns: returns.map(|(id, r)| (TeamId(id), r)).into(),
         };
         let mut runners = vec![TeamId(2), TeamId(3), TeamId(1), TeamId(4)];
-        race.thin(&mut runners, 4);
+        race.thin(&mut runners, 4, 8);
         assert_eq!(runners, [TeamId(1), TeamId(3)]);
         assert_eq!(race.mean(TeamId(1)), Some(11.5));
+    }
+
+    #[test]
+    fn who_ran_all_episodes_before_is_judged_by_all_of_them() {
+        let returns = [
+            (1, vec![4.0, 5.0, 20.0, 21.0]),
+            (2, vec![10.0, 11.0, 9.0, 10.0]),
+        ];
+        let race = Race {
+            champion: Some(TeamId(1)),
+            returns: returns.map(|(id, r)| (TeamId(id), r)).into(),
+        };
+        let mut runners = vec![TeamId(1), TeamId(2)];
+        race.thin(&mut runners, 2, 4);
+        assert_eq!(runners, [TeamId(2), TeamId(1)]);
+        race.thin(&mut runners, 4, 4);
+        assert_eq!(runners.first(), Some(&TeamId(1)));
     }
 }
