@@ -81,14 +81,19 @@ impl Bench {
         });
     }
 
-    /// One program of many instructions of a class; the unit is one instruction.
+    /// One program of many instructions of a class, in the agent of hosts and in one as firmware has; the unit is one instruction.
     fn class<const W: usize>(&mut self, name: &str, mix: &[Op], len: usize) {
         let bytes = straight(mix, W as u16, len).encode();
         let policy = Policy::load(&bytes).expect("a well-formed policy");
+        let observation = [0.5; W];
+        let name = format!("{name} W={W}");
+        let mut agent: Box<HostAgent<'_>> = Box::new(Agent::new(policy).expect("room"));
+        self.run("host", &name, len as f64, || {
+            black_box(agent.decide(black_box(&observation)).is_ok());
+        });
         let mut agent: Box<Agent<'_, Fixed<W>, 4096, 4, 4, 4>> =
             Box::new(Agent::new(policy).expect("room"));
-        let observation = [0.5; W];
-        self.run("instruction", &format!("{name} W={W}"), len as f64, || {
+        self.run("firmware", &name, len as f64, || {
             black_box(agent.decide(black_box(&observation)).is_ok());
         });
     }

@@ -35,7 +35,8 @@ pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], [d, s, x]
     map_vector::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
 }
 
-/// `f` of every pair of elements of two matrices, four at a time.
+/// `f` of every pair of elements of two matrices, eight at a time: with four, the compiler joins groups itself, after a dear test of
+/// whether they overlap.
 #[inline(always)]
 pub(in crate::exec) fn zip_matrix<const W: usize>(
     words: &mut [f32],
@@ -48,18 +49,33 @@ pub(in crate::exec) fn zip_matrix<const W: usize>(
             .get(at..)
             .and_then(|rest| rest.get(..W * W))
             .unwrap_or_default()
-            .as_chunks::<4>()
     };
-    let (d, a, b) = (part(d), part(a), part(b));
-    for ((d, a), b) in d.0.iter().zip(a.0).zip(b.0) {
-        put(d, &math::zip(&get(a), &get(b), &f));
-    }
-    for ((d, a), b) in d.1.iter().zip(a.1).zip(b.1) {
-        d.set(f(a.get(), b.get()));
-    }
+    let rest = zip_groups::<8>([part(d), part(a), part(b)], &f);
+    let rest = zip_groups::<4>(rest, &f);
+    zip_groups::<1>(rest, &f);
 }
 
-/// `f` of every element of a matrix, four at a time.
+/// `f` of pairs of cells, `N` at a time, as long as there are so many; what is left.
+#[inline(always)]
+fn zip_groups<'c, const N: usize>(
+    [d, a, b]: [&'c [Cell<f32>]; 3],
+    f: impl Fn(f32, f32) -> f32,
+) -> [&'c [Cell<f32>]; 3] {
+    let [d, a, b] = [d, a, b].map(<[_]>::as_chunks::<N>);
+    for ((d, a), b) in d.0.iter().zip(a.0).zip(b.0) {
+        let value = math::zip(
+            &a.each_ref().map(Cell::get),
+            &b.each_ref().map(Cell::get),
+            &f,
+        );
+        for (place, value) in d.iter().zip(value) {
+            place.set(value);
+        }
+    }
+    [d.1, a.1, b.1]
+}
+
+/// `f` of every element of a matrix.
 #[inline(always)]
 pub(in crate::exec) fn map_matrix<const W: usize>(
     words: &mut [f32],
@@ -108,16 +124,4 @@ pub(in crate::exec) fn reduce_matrix<const W: usize>(
 pub(in crate::exec) fn scale_matrix<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
     let s = load(words, s);
     map_matrix::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
-}
-
-#[inline(always)]
-fn get(four: &[Cell<f32>; 4]) -> [f32; 4] {
-    four.each_ref().map(Cell::get)
-}
-
-#[inline(always)]
-fn put(four: &[Cell<f32>; 4], value: &[f32; 4]) {
-    for (place, value) in four.iter().zip(value) {
-        place.set(*value);
-    }
 }
