@@ -215,12 +215,6 @@ macro_rules! isa {
             $(#[doc = concat!("`", $notation, "`")] $name = $code,)*
         }
 
-        /// Code of each operation, under its name: a match on them decodes and chooses in one step.
-        #[allow(non_upper_case_globals, dead_code, reason = "named as the operations; some builds match on few of them")]
-        pub(crate) mod code {
-            $(pub const $name: u8 = $code;)*
-        }
-
         impl Op {
             /// Every operation, in the order of their codes.
             pub const ALL: &'static [Op] = &[$(Op::$name),*];

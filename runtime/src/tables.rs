@@ -333,26 +333,25 @@ impl Instruction {
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
-        let (code, [d, a, b]) = Self::fields(bytes);
-        let Some(op) = Op::from_code(code) else {
-            return None;
-        };
-        Some(Instruction { op, d, a, b })
+        match Self::parts(bytes) {
+            (Some(op), [d, a, b]) => Some(Instruction { op, d, a, b }),
+            (None, _) => None,
+        }
     }
 
-    /// The code of a stored record's operation and the fields `d`, `a` and `b`.
+    /// The operation of a stored record, if there is one of that code, and its fields `d`, `a` and `b`.
     #[inline(always)]
-    pub(crate) const fn fields(bytes: &[u8; Self::BYTES]) -> (u8, [u16; 3]) {
+    pub(crate) const fn parts(bytes: &[u8; Self::BYTES]) -> (Option<Op>, [u16; 3]) {
         // Whole fields: taken byte by byte they cost more than most operations.
         let (&[[code, _], d, a, b], []) = bytes.as_chunks::<2>() else {
-            return (u8::MAX, [0; 3]);
+            return (None, [0; 3]);
         };
         let fields = [
             u16::from_le_bytes(d),
             u16::from_le_bytes(a),
             u16::from_le_bytes(b),
         ];
-        (code, fields)
+        (Op::from_code(code), fields)
     }
 }
 

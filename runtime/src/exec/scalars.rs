@@ -16,7 +16,7 @@ use core::borrow::BorrowMut;
 
 use super::Code;
 use super::shared::read_cell;
-use crate::isa::code;
+use crate::isa::Op;
 use crate::math::{self, classic, raw};
 use crate::tables::Instruction;
 use crate::trace::Observer;
@@ -57,91 +57,92 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
     policy: &Policy<'_>,
     words: &mut S,
     observer: &mut O,
-    stored: Code<'c>,
+    code: Code<'c>,
 ) -> Code<'c> {
     let words = words.borrow_mut();
-    let mut instructions = stored.iter();
+    let mut instructions = code.iter();
     loop {
         let rest = instructions.as_slice();
         let Some(bytes) = instructions.next() else {
             return rest;
         };
-        let (code, [d, at_a, at_b]) = Instruction::fields(bytes);
+        let (op, [d, at_a, at_b]) = Instruction::parts(bytes);
+        let Some(op) = op else { return rest };
         let inside = |at: u16| usize::from(at) < words.len();
         if !(HOST || inside(d) && inside(at_a) && inside(at_b)) {
             return rest;
         }
         let (a, b) = (load(words, at_a), load(words, at_b));
-        let result = match code {
+        let result = match op {
             #[cfg(feature = "scalar")]
-            code::Add => ruled(raw::add(a, b)),
+            Op::Add => ruled(raw::add(a, b)),
             #[cfg(feature = "scalar")]
-            code::Sub => ruled(raw::sub(a, b)),
+            Op::Sub => ruled(raw::sub(a, b)),
             #[cfg(feature = "scalar")]
-            code::Mul => ruled(raw::mul(a, b)),
+            Op::Mul => ruled(raw::mul(a, b)),
             #[cfg(feature = "scalar")]
-            code::Div => ruled(raw::div(a, b)),
+            Op::Div => ruled(raw::div(a, b)),
             #[cfg(feature = "scalar")]
-            code::Min => math::min(a, b),
+            Op::Min => math::min(a, b),
             #[cfg(feature = "scalar")]
-            code::Max => math::max(a, b),
+            Op::Max => math::max(a, b),
             #[cfg(feature = "scalar")]
-            code::Pow => ruled(raw::pow(a, b)),
+            Op::Pow => ruled(raw::pow(a, b)),
             #[cfg(feature = "scalar")]
-            code::Abs => math::abs(a),
+            Op::Abs => math::abs(a),
             #[cfg(feature = "scalar")]
-            code::Recip => ruled(raw::recip(a)),
+            Op::Recip => ruled(raw::recip(a)),
             #[cfg(feature = "scalar")]
-            code::Sqr => ruled(raw::sqr(a)),
+            Op::Sqr => ruled(raw::sqr(a)),
             #[cfg(feature = "scalar")]
-            code::Cube => ruled(raw::cube(a)),
+            Op::Cube => ruled(raw::cube(a)),
             #[cfg(feature = "scalar")]
-            code::Sqrt => ruled(raw::sqrt(a)),
+            Op::Sqrt => ruled(raw::sqrt(a)),
             #[cfg(feature = "scalar")]
-            code::Sin => math::sin(a),
+            Op::Sin => math::sin(a),
             #[cfg(feature = "scalar")]
-            code::Cos => math::cos(a),
+            Op::Cos => math::cos(a),
             #[cfg(feature = "scalar")]
-            code::Tan => math::tan(a),
+            Op::Tan => math::tan(a),
             #[cfg(feature = "scalar")]
-            code::Asin => math::asin(a),
+            Op::Asin => math::asin(a),
             #[cfg(feature = "scalar")]
-            code::Acos => math::acos(a),
+            Op::Acos => math::acos(a),
             #[cfg(feature = "scalar")]
-            code::Atan => ruled(raw::atan(a)),
+            Op::Atan => ruled(raw::atan(a)),
             #[cfg(feature = "scalar")]
-            code::Tanh => ruled(raw::tanh(a)),
+            Op::Tanh => ruled(raw::tanh(a)),
             #[cfg(feature = "scalar")]
-            code::Exp => ruled(raw::exp(a)),
+            Op::Exp => ruled(raw::exp(a)),
             #[cfg(feature = "scalar")]
-            code::Log => ruled(raw::log(a)),
+            Op::Log => ruled(raw::log(a)),
             #[cfg(feature = "scalar")]
-            code::Heaviside => math::heaviside(a),
+            Op::Heaviside => math::heaviside(a),
             #[cfg(feature = "scalar")]
-            code::Cond => math::cond(load(words, d), a, b),
+            Op::Cond => math::cond(load(words, d), a, b),
             #[cfg(any(feature = "matrix", feature = "vector"))]
-            code::VElement | code::MElement => a,
+            Op::VElement | Op::MElement => a,
             #[cfg(feature = "classic")]
-            code::MemRead => {
+            Op::MemRead => {
                 read_cell(policy, observer, at_a);
                 a
             }
             #[cfg(feature = "classic")]
-            code::ClassicAdd => classic::add(load(words, d), a),
+            Op::ClassicAdd => classic::add(load(words, d), a),
             #[cfg(feature = "classic")]
-            code::ClassicSub => classic::sub(load(words, d), a),
+            Op::ClassicSub => classic::sub(load(words, d), a),
             #[cfg(feature = "classic")]
-            code::ClassicMult => classic::mult(load(words, d)),
+            Op::ClassicMult => classic::mult(load(words, d)),
             #[cfg(feature = "classic")]
-            code::ClassicDiv => classic::div(load(words, d)),
+            Op::ClassicDiv => classic::div(load(words, d)),
             #[cfg(feature = "classic")]
-            code::ClassicNeg => classic::neg(load(words, d), a),
+            Op::ClassicNeg => classic::neg(load(words, d), a),
             #[cfg(feature = "classic")]
-            code::ClassicCos => classic::cos(a),
+            Op::ClassicCos => classic::cos(a),
             #[cfg(feature = "classic")]
-            code::ClassicLog => classic::log(load(words, d), a),
+            Op::ClassicLog => classic::log(load(words, d), a),
             #[cfg(feature = "classic")]
-            code::ClassicExp => classic::exp(a),
+            Op::ClassicExp => classic::exp(a),
             _ => return rest,
         };
         store(words, d, if HOST { math::finite(result) } else { result });
