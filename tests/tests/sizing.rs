@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::process::Command;
 
-use tpg_runtime::isa::Group;
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::{
     Agent, AnyWidth, Capacities, CapacityError, Policy, SliceAgent, Slices, agent_type,
