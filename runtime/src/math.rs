@@ -24,7 +24,7 @@ pub fn finite(x: f32) -> f32 {
 
 /// [`finite`] as a branch that is hardly ever taken: what follows need not wait for the comparison.
 #[inline(always)]
-fn settle(x: f32) -> f32 {
+pub(crate) fn settle(x: f32) -> f32 {
     if x.is_finite() { x } else { undefined() }
 }
 

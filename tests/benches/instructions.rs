@@ -14,19 +14,9 @@ use gungraun::{library_benchmark, library_benchmark_group, main};
 use tpg_runtime::isa::Op;
 use tpg_runtime::{Agent, HostAgent, Policy};
 use tpg_tests::shapes::{
-    ARITHMETIC, TRANSCENDENTAL, drifting_observations, straight, typical_graph,
+    ARITHMETIC, TRANSCENDENTAL, VECTORS, drifting_observations, straight, typical_graph,
 };
 
-const VECTORS: &[Op] = &[
-    Op::VAdd,
-    Op::VSub,
-    Op::VMul,
-    Op::VMin,
-    Op::VMax,
-    Op::VScale,
-    Op::Dot,
-    Op::VNorm,
-];
 const MATRICES: &[Op] = &[Op::MAdd, Op::MMul, Op::MatVec, Op::Outer, Op::Transpose];
 const SHARED: &[Op] = &[Op::ReloadS, Op::ReloadV, Op::ReloadM];
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use tpg_board::pack;
 
-/// Set this environment variable to `1` where a missing emulator or target must be a failure, not a skipped test.
+/// Set this environment variable to `1` where a missing emulator, target or memory checker must be a failure, not a skipped test.
 pub const REQUIRED: &str = "TPG_REQUIRE_QEMU";
 /// After this long an emulator is taken to hang.
 const WATCHDOG: Duration = Duration::from_secs(600);
@@ -65,7 +65,7 @@ pub fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-fn runs(program: &str, args: &[&str]) -> bool {
+pub(crate) fn runs(program: &str, args: &[&str]) -> bool {
     let status = (Command::new(program).args(args))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -74,7 +74,7 @@ fn runs(program: &str, args: &[&str]) -> bool {
 }
 
 /// Says why tests are skipped, or fails where they may not be.
-fn skip(name: &str, reason: &str) -> bool {
+pub(crate) fn skip(name: &str, reason: &str) -> bool {
     assert!(
         env::var(REQUIRED).is_err(),
         "{REQUIRED} is set, but {reason}"

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use crate::firmware;
+
 /// After this long a command is taken to hang; far above what any of them needs on a busy machine.
 const WATCHDOG: Duration = Duration::from_secs(300);
 
@@ -66,6 +68,25 @@ pub fn static_library() -> PathBuf {
     let built = build.status().expect("cargo runs").success();
     assert!(built, "the library for C does not build");
     folder.join("libtpg_runtime_c.a")
+}
+
+/// What makes a command that runs a program under Valgrind and fails with status 99 if that finds memory misused or lost; says why if
+/// Valgrind is missing.
+///
+/// # Panics
+/// If it is missing and the environment says that it must not be, by [`REQUIRED`](crate::firmware::REQUIRED).
+#[must_use]
+pub fn memory_checker() -> Option<impl Fn(&Path) -> Command> {
+    if !firmware::runs("valgrind", &["--version"]) {
+        firmware::skip("memory", "valgrind is missing: apt-get install valgrind");
+        return None;
+    }
+    Some(|program: &Path| {
+        let mut command = Command::new("valgrind");
+        command.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
+        command.arg(program);
+        command
+    })
 }
 
 /// Runs a program with text on its standard input and returns its standard output.

@@ -21,6 +21,17 @@ pub const TRANSCENDENTAL: &[Op] = &[
     Op::Log,
     Op::Exp,
 ];
+/// Six operations on vectors element by element, and two that sum.
+pub const VECTORS: &[Op] = &[
+    Op::VAdd,
+    Op::VSub,
+    Op::VMul,
+    Op::VMin,
+    Op::VMax,
+    Op::VScale,
+    Op::Dot,
+    Op::VNorm,
+];
 
 /// Length of the observation of [`scalar_graph`].
 pub const GRAPH_INPUTS: usize = 4;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
-use tpg_tests::process::{pipe, static_library};
+use tpg_tests::process::{memory_checker, pipe, static_library};
 use tpg_tests::random::{self, Dice};
 use tpg_tests::{golden, samples};
 
@@ -48,16 +48,19 @@ fn compile(source: &Path, name: &str) -> PathBuf {
     program
 }
 
+/// Golden policies and random ones, with front ends and without.
+fn policies() -> impl Iterator<Item = Vec<u8>> {
+    let golden = samples::all().into_iter().map(|(_, draft)| draft.encode());
+    let random = (100..110).map(|seed| random::policy(seed).encode());
+    let perceiving = (100..106).map(|seed| random::perceiving_policy(seed).encode());
+    golden.chain(random).chain(perceiving)
+}
+
 #[test]
 fn c_decides_as_rust() {
     let program = compile(&c_api().join("examples/decide.c"), "decide");
-    let golden = samples::all().into_iter().map(|(_, draft)| draft.encode());
-    let perceiving = (100..106).map(|seed| random::perceiving_policy(seed).encode());
-    let random = (100..110)
-        .map(|seed| random::policy(seed).encode())
-        .chain(perceiving);
     let folder = tempfile::tempdir().expect("a folder");
-    for (number, bytes) in golden.chain(random).enumerate() {
+    for (number, bytes) in policies().enumerate() {
         let path = folder.path().join("policy.tpg");
         fs::write(&path, &bytes).expect("a file");
         let policy = Policy::load(&bytes).expect("a policy");
@@ -92,14 +95,47 @@ fn c_decides_as_rust() {
 
 #[test]
 fn misuse_is_answered_by_a_status() {
-    let program = compile(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/c_api/misuse.c"),
-        "misuse",
-    );
-    let mut command = Command::new(program);
+    let command = Command::new(compile(&own_source("misuse.c"), "misuse"));
+    print!("{}", misuse(command));
+}
+
+/// A C program of these tests.
+fn own_source(name: &str) -> PathBuf {
+    (Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/c_api")).join(name)
+}
+
+/// What the misusing program prints of its calls.
+fn misuse(mut command: Command) -> String {
     command.args([
         golden::path("v1/reactive.tpg"),
         golden::path("v1/classic.tpg"),
     ]);
+    pipe(command, "")
+}
+
+#[test]
+fn a_memory_checker_finds_nothing() {
+    let Some(checked) = memory_checker() else {
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let exact = compile(&own_source("exact.c"), "exact");
+    let mut command = checked(&exact);
+    command.arg("0");
+    for (number, bytes) in policies().enumerate() {
+        let path = folder.path().join(format!("{number}.tpg"));
+        fs::write(&path, &bytes).expect("a file");
+        command.arg(path);
+    }
     print!("{}", pipe(command, ""));
+    let misusing = compile(&own_source("misuse.c"), "misuse-checked");
+    print!("{}", misuse(checked(&misusing)));
+    // It watches the library too: a read beyond a block that is too short is found.
+    let mut short = checked(&exact);
+    short.arg("1").arg(golden::path("v1/reactive.tpg"));
+    let output = short.output().expect("valgrind starts");
+    let found = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(99), "{found}");
+    assert!(found.contains("Invalid read"), "{found}");
+    assert!(found.contains("tpg_decide"), "{found}");
 }

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use tpg_tests::firmware::{M4F, RISCV, repository};
 use tpg_tests::golden;
-use tpg_tests::process::{stderr, text, tpg, tpg_json};
+use tpg_tests::process::{stderr, text, tpg, tpg_json, tpg_ok};
 
 #[test]
 fn a_footprint_has_every_figure_and_they_add_up() {
@@ -79,6 +79,53 @@ fn a_footprint_has_every_figure_and_they_add_up() {
 }
 
 #[test]
+fn of_a_board_that_nothing_emulates_the_code_tells_what_it_can() {
+    if !M4F.is_available() {
+        return;
+    }
+    let file = golden::path("champions/pendulum-per-episode.tpg");
+    let folder = repository().join("firmware-examples");
+    let common = ["footprint", text(&file), "--firmware", text(&folder)];
+    let report = |more: &[&str]| {
+        let output = tpg_ok(&[&common[..], more].concat());
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let emulated = report(&["--target", "mps2-an386", "--json"]);
+    let emulated: Value = serde_json::from_str(&emulated).expect("JSON");
+    let built = report(&["--target", "nucleo-f446re", "--json"]);
+    let built: Value = serde_json::from_str(&built).expect("JSON");
+    let (emulated, built) = (&emulated["targets"][0], &built["targets"][0]);
+    let mut unknown = Vec::new();
+    for (key, value) in built.as_object().expect("an object") {
+        if value.is_null() {
+            unknown.push(key.as_str());
+        }
+    }
+    unknown.sort_unstable();
+    assert_eq!(
+        unknown,
+        [
+            "agent_bytes",
+            "decisions",
+            "instructions_mean",
+            "machine_instructions_mean",
+            "machine_instructions_worst_seen",
+            "stack_bytes",
+        ]
+    );
+    // The same processor and the same policy: the agent is as large, and its decisions can take about as much.
+    let number = |value: &Value, key: &str| value[key].as_u64().expect("a number");
+    let agent = number(emulated, "agent_bytes");
+    let ram = number(built, "ram_static_bytes");
+    assert!((agent..agent + 1024).contains(&ram), "{agent} {built}");
+    let [one, other] = [emulated, built].map(|board| number(board, "stack_bytes_bound"));
+    assert!(other.abs_diff(one) < 128, "{one} {other}");
+    assert!(number(built, "flash_code_bytes") > 0);
+    let table = report(&["--target", "nucleo-f446re"]);
+    assert!(table.contains("- of them the agent; - of stack"), "{table}");
+}
+
+#[test]
 fn what_is_wrong_is_named() {
     let file = golden::path("champions/pendulum-per-episode.tpg");
     let run = |arguments: &[&str]| {
@@ -90,7 +137,7 @@ fn what_is_wrong_is_named() {
     let (status, message) = run(&["--target", "arduino"]);
     assert_eq!(status, Some(2));
     assert!(
-        message.contains("mps2-an386, mps2-an385, riscv-virt"),
+        message.contains("mps2-an386, mps2-an385, riscv-virt, nucleo-f446re"),
         "{message}"
     );
     let empty = tempfile::tempdir().expect("a folder");

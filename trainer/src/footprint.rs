@@ -1,4 +1,4 @@
-//! What a policy takes on a microcontroller: its firmware is built and run on an emulator.
+//! What a policy takes on a microcontroller: its firmware is built, looked into, and run on an emulator where there is one.
 //!
 //! Instructions of the processor are counted by the emulator: they are neither cycles nor time.
 
@@ -6,6 +6,6 @@ mod board;
 mod share;
 mod stack;
 
-pub use board::{BOARDS, Board, Firmware, FootprintError, Measured, Profile};
+pub use board::{BOARDS, Board, Firmware, FootprintError, Measured, Profile, Seen};
 pub use share::{ProgramShare, TeamShare, shares};
 pub use stack::StackError;

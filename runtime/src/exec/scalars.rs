@@ -8,7 +8,8 @@
         unused_variables,
         unused_mut,
         unreachable_code,
-        reason = "without some groups of operations, some helpers have no caller"
+        clippy::never_loop,
+        reason = "without some groups of operations, some helpers have no caller, without all of them the loop has no turns"
     )
 )]
 
@@ -34,15 +35,18 @@ pub(super) fn store(words: &mut [f32], at: u16, value: f32) {
     }
 }
 
-/// Whether results meet the number rule in one place, at the end of the loop, rather than in each operation that needs it. Hosts
-/// predict its branch; a microcontroller would only execute more. All words are finite, so where the rule has nothing to do
-/// it changes nothing.
-const ONE_RULE: bool = cfg!(target_pointer_width = "64");
+/// Whether the loop is shaped for a host, which predicts branches, or for a microcontroller, where each instruction costs.
+///
+/// On a host, results meet the number rule in one place, at the end of the loop, rather than in each operation that needs it:
+/// all words are finite, so where the rule has nothing to do it changes nothing. On a microcontroller, an instruction
+/// whose fields are no offsets is left to [`super::wides`] before anything else is done with it: what then follows
+/// needs no further check, and no value in place of a missing one.
+const HOST: bool = cfg!(target_pointer_width = "64");
 
 /// The number rule, unless it is applied later.
 #[inline(always)]
 fn ruled(x: f32) -> f32 {
-    if ONE_RULE { x } else { math::finite(x) }
+    if HOST { x } else { math::settle(x) }
 }
 
 /// Runs scalar instructions up to the first other one and returns what is left from there.
@@ -65,6 +69,10 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
         };
         let (op, [d, at_a, at_b]) = Instruction::parts(bytes);
         let Some(op) = op else { return rest };
+        let inside = |at: u16| usize::from(at) < words.len();
+        if !(HOST || inside(d) && inside(at_a) && inside(at_b)) {
+            return rest;
+        }
         let (a, b) = (load(words, at_a), load(words, at_b));
         let result = match op {
             #[cfg(feature = "scalar")]
@@ -138,14 +146,6 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
             Op::ClassicExp => classic::exp(a),
             _ => return rest,
         };
-        store(
-            words,
-            d,
-            if ONE_RULE {
-                math::finite(result)
-            } else {
-                result
-            },
-        );
+        store(words, d, if HOST { math::finite(result) } else { result });
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct Args {
     #[arg(value_name = "FILE.tpg")]
     file: PathBuf,
     /// Board to build and emulate, may be repeated: mps2-an386 (Cortex-M4F, the default), mps2-an385 (Cortex-M3),
-    /// riscv-virt.
+    /// riscv-virt; nucleo-f446re (Cortex-M4F) is built only.
     #[arg(long, value_name = "BOARD", value_parser = board)]
     target: Vec<Board>,
     /// Compiled for little flash (opt-level s and feature small-code, as the examples come) or for short decisions
@@ -79,6 +79,11 @@ pub(super) fn run(args: &Args) -> Result<Status, Failure> {
     Ok(Status::Fine)
 }
 
+/// A number with so many decimal places, or a dash.
+fn known(number: Option<impl fmt::Display>, places: usize) -> String {
+    number.map_or_else(|| "-".to_owned(), |number| format!("{number:.places$}"))
+}
+
 fn failure(error: FootprintError) -> Failure {
     match error {
         FootprintError::NoSources(_)
@@ -107,15 +112,18 @@ impl fmt::Display for Footprint {
             writeln!(
                 f,
                 "  RAM             {} bytes static, {} of them the agent; {} of stack in a decision, {} at most",
-                m.ram_static_bytes, m.agent_bytes, m.stack_bytes, m.stack_bytes_bound
+                m.ram_static_bytes,
+                known(m.seen.agent_bytes, 0),
+                known(m.seen.stack_bytes, 0),
+                m.stack_bytes_bound
             )?;
             writeln!(
                 f,
-                "  {} decisions  {:.1} instructions of the policy; of the processor {:.0} on average, {} at most seen",
-                m.decisions,
-                m.instructions_mean,
-                m.machine_instructions_mean,
-                m.machine_instructions_worst_seen
+                "  {} decisions  {} instructions of the policy; of the processor {} on average, {} at most seen",
+                known(m.seen.decisions, 0),
+                known(m.seen.instructions_mean, 1),
+                known(m.seen.machine_instructions_mean, 0),
+                known(m.seen.machine_instructions_worst_seen, 0)
             )?;
         }
         writeln!(f, "            instructions  flash bytes  RAM bytes")?;

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::stack::{self, StackError};
 
-/// A board that an emulator stands in for.
+/// A board that firmware is built for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Board {
     /// Name of the board and of its folder below `firmware-examples/`.
@@ -22,11 +22,12 @@ pub struct Board {
     /// Its processor.
     pub processor: &'static str,
     target: &'static str,
+    /// What stands in for it; empty where nothing does.
     emulator: &'static [&'static str],
 }
 
 /// The boards, the default one first.
-pub const BOARDS: [Board; 3] = [
+pub const BOARDS: [Board; 4] = [
     Board {
         name: "mps2-an386",
         processor: "Cortex-M4F",
@@ -65,6 +66,12 @@ pub const BOARDS: [Board; 3] = [
             "-bios",
             "none",
         ],
+    },
+    Board {
+        name: "nucleo-f446re",
+        processor: "Cortex-M4F",
+        target: "thumbv7em-none-eabihf",
+        emulator: &[],
     },
 ];
 
@@ -167,7 +174,8 @@ pub enum FootprintError {
 /// The function of `decide` that decides once, as its mangled names contain it.
 const DECISION: &str = "6decide4step";
 
-/// What was measured on a board; the fields are keys of `--json`.
+/// What is known of a policy on a board; the fields are keys of `--json`, `null` where only running it would tell and
+/// nothing emulates the board.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
     /// The board.
@@ -178,22 +186,31 @@ pub struct Measured {
     pub flash_code_bytes: u64,
     /// Flash of the policy's file.
     pub flash_blob_bytes: u64,
-    /// Static variables of `decide`, and the agent, which lies in the frame of its `main`.
+    /// Static variables of `decide`, and the agent, which lies in the frame of its `main`; that whole frame where nothing
+    /// emulates the board.
     pub ram_static_bytes: u64,
-    /// The agent alone.
-    pub agent_bytes: u64,
-    /// Most stack that a decision was seen to take.
-    pub stack_bytes: u64,
     /// Most stack that a decision of `decide` can take, from its code; handlers of interrupts come on top.
     pub stack_bytes_bound: u64,
+    /// What running it told.
+    #[serde(flatten)]
+    pub seen: Seen,
+}
+
+/// What running the firmware tells; all `None` where nothing emulates the board.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Seen {
+    /// Bytes of RAM of the agent alone.
+    pub agent_bytes: Option<u64>,
+    /// Most stack that a decision was seen to take, in bytes.
+    pub stack_bytes: Option<u64>,
     /// Decisions that were measured.
-    pub decisions: u64,
+    pub decisions: Option<u64>,
     /// Instructions of the policy in a decision, mean.
-    pub instructions_mean: f64,
+    pub instructions_mean: Option<f64>,
     /// Instructions of the processor in a decision, mean.
-    pub machine_instructions_mean: f64,
+    pub machine_instructions_mean: Option<f64>,
     /// Instructions of the processor in a decision, most that were seen.
-    pub machine_instructions_worst_seen: u64,
+    pub machine_instructions_worst_seen: Option<u64>,
 }
 
 /// The folder with the firmware's sources.
@@ -226,7 +243,7 @@ impl Firmware {
         Ok(Firmware { folder })
     }
 
-    /// Builds the firmware for a policy, looks into it and runs it.
+    /// Builds the firmware for a policy, looks into it and, where the board is emulated, runs it.
     ///
     /// # Errors
     /// Any other [`FootprintError`].
@@ -238,31 +255,42 @@ impl Firmware {
     ) -> Result<Measured, FootprintError> {
         let bytes = fs::metadata(policy).map(|data| data.len());
         let flash_blob_bytes = bytes.map_err(|error| unreadable(policy, error))?;
-        let [decide, measure] =
-            ["decide", "measure"].map(|program| self.build(board, profile, program, policy));
-        let decide = decide?;
+        let decide = self.build(board, profile, "decide", policy)?;
         let (flash, ram) = sections(&decide)?;
-        let stack_bytes_bound = stack::bound(&decide, DECISION).map_err(|source| {
-            let (board, path) = (board.name, decide);
-            FootprintError::Stack {
-                board,
-                path,
-                source,
-            }
-        })?;
-        let printed = run(board, &measure?)?;
-        let number = |key: &str| printed.get(key).copied().unwrap_or(0);
-        let decisions = number("decisions").max(1);
-        let mean = |key: &str| number(key) as f64 / decisions as f64;
+        let unbounded = |source| FootprintError::Stack {
+            board: board.name,
+            path: decide.clone(),
+            source,
+        };
+        let stack_bytes_bound = stack::bound(&decide, DECISION).map_err(unbounded)?;
+        let (seen, agent) = if board.emulator.is_empty() {
+            let frame = stack::callers_frame(&decide, DECISION).map_err(unbounded)?;
+            (Seen::default(), frame)
+        } else {
+            let seen = self.run(board, profile, policy)?;
+            let agent = seen.agent_bytes.unwrap_or(0);
+            (seen, agent)
+        };
         Ok(Measured {
             board: board.name,
             processor: board.processor,
             flash_code_bytes: flash.saturating_sub(flash_blob_bytes),
             flash_blob_bytes,
-            ram_static_bytes: ram + number("agent_bytes"),
+            ram_static_bytes: ram + agent,
+            stack_bytes_bound,
+            seen,
+        })
+    }
+
+    /// Builds and runs `measure`.
+    fn run(&self, board: &Board, profile: Profile, policy: &Path) -> Result<Seen, FootprintError> {
+        let printed = run(board, &self.build(board, profile, "measure", policy)?)?;
+        let number = |key: &str| printed.get(key).copied();
+        let decisions = number("decisions");
+        let mean = |key: &str| Some(number(key)? as f64 / decisions?.max(1) as f64);
+        Ok(Seen {
             agent_bytes: number("agent_bytes"),
             stack_bytes: number("stack_bytes"),
-            stack_bytes_bound,
             decisions,
             instructions_mean: mean("instructions_sum"),
             machine_instructions_mean: mean("machine_instructions_sum"),

@@ -85,11 +85,31 @@ struct Program<'d> {
 pub fn bound(path: &Path, entry: &str) -> Result<u64, StackError> {
     let bytes = fs::read(path)?;
     let program = Program::parse(&bytes)?;
-    let found = program.names.iter().find(|(_, name)| name.contains(entry));
-    let (entry, _) = found.ok_or_else(|| StackError::Missing(entry.to_owned()))?;
-    let graph = program.reached_from(*entry)?;
+    let entry = program.named(entry)?;
+    let graph = program.reached_from(entry)?;
     let mut bounds = BTreeMap::new();
-    program.most(*entry, &graph, &mut bounds, &mut Vec::new())
+    program.most(entry, &graph, &mut bounds, &mut Vec::new())
+}
+
+/// Bytes of stack that the function which calls `entry` takes for itself; of several, the most.
+///
+/// # Errors
+/// [`StackError`]: `Missing` also if nothing calls it.
+pub fn callers_frame(path: &Path, entry: &str) -> Result<u64, StackError> {
+    let bytes = fs::read(path)?;
+    let program = Program::parse(&bytes)?;
+    let callee = program.named(entry)?;
+    let mut most = None;
+    for function in program.names.keys().filter(|function| **function != callee) {
+        // What has no frame that can be told, such as a handler in assembly, matters only if it is the caller.
+        let Ok(code) = program.decode(*function) else {
+            continue;
+        };
+        if code.calls.contains(&callee) || code.jumps.contains(&callee) {
+            most = most.max(Some(code.frame));
+        }
+    }
+    most.ok_or_else(|| StackError::Missing(format!("that calls {entry}")))
 }
 
 impl<'d> Program<'d> {
@@ -130,6 +150,15 @@ impl<'d> Program<'d> {
             }
         }
         Ok(program)
+    }
+
+    /// The function whose mangled name contains `part`.
+    fn named(&self, part: &str) -> Result<u64, StackError> {
+        let found = self.names.iter().find(|(_, name)| name.contains(part));
+        found.map_or_else(
+            || Err(StackError::Missing(part.to_owned())),
+            |(at, _)| Ok(*at),
+        )
     }
 
     /// The function that a word points to; pointers to Thumb code are odd.
