@@ -46,9 +46,7 @@ fn champions_take_little_more_than_their_state_and_those_of_simple_tasks_2_kib()
         "../../docs/champions/acrobot.tpg",
         "../../docs/champions/cartpole.tpg",
         "../../docs/champions/half-cheetah-b23.tpg",
-        "../../docs/champions/hopper-b23-quadratic.tpg",
         "../../docs/champions/hopper-b23.tpg",
-        "../../docs/champions/inverted-double-pendulum-b23-grown.tpg",
         "../../docs/champions/inverted-double-pendulum-b23.tpg",
         "../../docs/champions/pendulum.tpg",
     ];

@@ -3,7 +3,7 @@
 use core::cell::Cell;
 
 use crate::exec::rows::{matrix, put_row, vector};
-use crate::exec::scalars::load;
+use crate::exec::scalars::{HOST, load};
 use crate::math::{self, lanes};
 
 /// `f` of every pair of elements of two vectors.
@@ -35,8 +35,8 @@ pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], [d, s, x]
     map_vector::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
 }
 
-/// `f` of every pair of elements of two matrices, eight at a time: with four, the compiler joins groups itself, after a dear test of
-/// whether they overlap.
+/// `f` of every pair of elements of two matrices, on hosts eight at a time: with four, the compiler joins groups itself, after a dear
+/// test of whether they overlap.
 #[inline(always)]
 pub(in crate::exec) fn zip_matrix<const W: usize>(
     words: &mut [f32],
@@ -50,17 +50,20 @@ pub(in crate::exec) fn zip_matrix<const W: usize>(
             .and_then(|rest| rest.get(..W * W))
             .unwrap_or_default()
     };
-    let rest = zip_groups::<8>([part(d), part(a), part(b)], &f);
-    let rest = zip_groups::<4>(rest, &f);
+    let mut rest = [part(d), part(a), part(b)];
+    if HOST {
+        rest = zip_groups::<8>(rest, &f);
+    }
+    rest = zip_groups::<4>(rest, &f);
     zip_groups::<1>(rest, &f);
 }
 
 /// `f` of pairs of cells, `N` at a time, as long as there are so many; what is left.
 #[inline(always)]
-fn zip_groups<'c, const N: usize>(
-    [d, a, b]: [&'c [Cell<f32>]; 3],
+fn zip_groups<const N: usize>(
+    [d, a, b]: [&[Cell<f32>]; 3],
     f: impl Fn(f32, f32) -> f32,
-) -> [&'c [Cell<f32>]; 3] {
+) -> [&[Cell<f32>]; 3] {
     let [d, a, b] = [d, a, b].map(<[_]>::as_chunks::<N>);
     for ((d, a), b) in d.0.iter().zip(a.0).zip(b.0) {
         let value = math::zip(
