@@ -1,6 +1,6 @@
 //! Checks of what goes beyond the thesis: tuning, shaping, choosing the champion, linear policies to begin with.
 
-use tpg_runtime::blob::{InitialValues, RegisterMode, ResetScope};
+use tpg_runtime::blob::{InitialValues, RegisterMode};
 use tpg_runtime::isa::Op;
 
 use super::blueprint::value;
@@ -35,12 +35,8 @@ pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<
         ("tuning.lines", config.tuning.lines),
         ("selection.candidates", config.selection.candidates),
     ];
-    let shared = matches!(
-        contract.reset_scope,
-        ResetScope::Original | ResetScope::PerGeneration
-    );
     for (key, number) in again {
-        if number > 0 && shared {
+        if number > 0 && contract.shares_memory() {
             let why = "where agents share one memory none can be scored twice; take another \
                        policy.reset-scope, or 0";
             return Err(value(key, &number.to_string(), why));
@@ -128,10 +124,6 @@ fn check_memory(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), 
 
 fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigError> {
     let curriculum = &config.evaluation.curriculum;
-    let shared = matches!(
-        contract.reset_scope,
-        ResetScope::Original | ResetScope::PerGeneration
-    );
     let blackout = |o: &String| o.starts_with("blackout");
     let (key, steps) = ("evaluation.curriculum.steps", curriculum.steps.to_string());
     if curriculum.steps == 0 {
@@ -142,7 +134,7 @@ fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigEr
             "0",
             "must be at least 1",
         ))
-    } else if shared {
+    } else if contract.shares_memory() {
         let why = "all agents are scored again at each stage, which none can be where agents share one memory";
         Err(value(key, &steps, why))
     } else if !config.observability.iter().any(blackout) {
@@ -181,6 +173,11 @@ fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), Config
             let why = "must be a positive number";
             return Err(value(key, &number.to_string(), why));
         }
+    }
+    if tuning.halve && tuning.one_after == 0 {
+        let why =
+            "needs tuning.one-after, the iterations in which lines are halved until one is left";
+        return Err(value("tuning.halve", "true", why));
     }
     if !(tuning.margin >= 0.0 && tuning.margin.is_finite()) {
         let why = "must be a number, at least 0";

@@ -42,6 +42,17 @@ pub struct Contract {
     pub front_end: Option<Arc<Perception>>,
 }
 
+impl Contract {
+    /// Whether all agents share one memory, which none of them owns.
+    #[must_use]
+    pub const fn shares_memory(&self) -> bool {
+        matches!(
+            self.reset_scope,
+            ResetScope::Original | ResetScope::PerGeneration
+        )
+    }
+}
+
 /// The header of a policy, but for what is known once its tables are laid out.
 pub(super) fn header(
     contract: &Contract,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tpg_runtime::Header;
-use tpg_runtime::blob::{self, EncodeError, InitialValues, MemoryModel, RegisterMode, ResetScope};
+use tpg_runtime::blob::{self, EncodeError, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
@@ -79,10 +79,7 @@ pub(super) fn selected<'a>(
         .iter()
         .map(|(_, program)| results(&contract.shape, program))
         .collect();
-    let shared = matches!(
-        contract.reset_scope,
-        ResetScope::Original | ResetScope::PerGeneration
-    );
+    let shared = contract.shares_memory();
     let indexed = contract.memory_model == MemoryModel::Indexed;
     let mut kept = match mode {
         Mode::Whole | Mode::Counting => whole(&graph, contract),

@@ -111,6 +111,25 @@ fn after_their_trial_one_of_the_lines_goes_on() {
     assert!(best.is_some() && session.lines[0].iterations == 16);
 }
 
+#[test]
+fn lines_that_are_halved_end_half_of_them_at_a_time() {
+    let settings = [
+        "tuning.lines=4",
+        "tuning.one-after=8",
+        "tuning.halve=true",
+        "tuning.iterations=4",
+    ];
+    let mut session = session_with("cartpole-champion", &settings);
+    let mut pool = session.pool(1).expect("an arena");
+    let mut lines = Vec::new();
+    for _ in 0..4 {
+        session.advance(&mut pool).expect("a generation");
+        lines.push(session.lines.len());
+    }
+    // A generation without iterations comes first.
+    assert_eq!(lines, [4, 4, 2, 1]);
+}
+
 /// A new stage forgets what was scored in an easier one.
 #[test]
 fn at_a_new_stage_everyone_is_scored_again() {

@@ -136,10 +136,9 @@ impl Session {
                 line.form = Some(before + FORM * (record.fitness - before));
             }
         }
-        let mut wanted = params.lines as usize;
-        let after = u64::from(params.one_after);
-        if after > 0 && self.lines.iter().any(|line| line.iterations >= after) {
-            wanted = 1;
+        let longest = self.lines.iter().map(|line| line.iterations).max();
+        let wanted = params.lines_after(longest.unwrap_or(0)) as usize;
+        if self.lines.len() > wanted {
             let form = |line: &Tuned| line.form.unwrap_or(f64::NEG_INFINITY);
             // A stable sort: of equals the older line goes on.
             self.lines.sort_by(|a, b| form(b).total_cmp(&form(a)));

@@ -32,6 +32,9 @@ pub struct TuningParams {
     pub grow_to: u32,
     /// Iterations after which only the best line goes on; 0 stands for never.
     pub one_after: u32,
+    /// Whether the worse half of the lines ends at a time, in equal parts of those iterations, rather than all at their end.
+    #[serde(default, skip_serializing_if = "is_off")]
+    pub halve: bool,
     /// Iterations after which the programs of a line's team get a memory, once; 0 stands for never.
     pub remember_after: u32,
 }
@@ -52,15 +55,61 @@ impl Default for TuningParams {
             grow_after: 0,
             grow_to: 2,
             one_after: 0,
+            halve: false,
             remember_after: 0,
         }
     }
 }
 
+/// Whether a switch is off; configurations leave out what they do not use.
+fn is_off(switch: &bool) -> bool {
+    !switch
+}
+
 impl TuningParams {
+    /// Lines that go on after the longest has made so many iterations.
+    #[must_use]
+    pub fn lines_after(&self, iterations: u64) -> u32 {
+        let after = u64::from(self.one_after);
+        if after == 0 || (iterations < after && !self.halve) {
+            return self.lines;
+        }
+        // The least number of halvings that leaves one line.
+        let halvings = self.lines.next_power_of_two().trailing_zeros();
+        let done = iterations.min(after) * u64::from(halvings) / after;
+        self.lines.div_ceil(1 << done)
+    }
+
     /// Whether nothing differs from the defaults, which configurations leave out.
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == TuningParams::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_at_once_or_half_of_them_at_a_time() {
+        let lines = |halve, lines| {
+            let params = TuningParams {
+                lines,
+                one_after: 30,
+                halve,
+                ..TuningParams::default()
+            };
+            [0, 9, 10, 20, 29, 30, u64::MAX].map(|iterations| params.lines_after(iterations))
+        };
+        assert_eq!(lines(false, 8), [8, 8, 8, 8, 8, 1, 1]);
+        assert_eq!(lines(true, 8), [8, 8, 4, 2, 2, 1, 1]);
+        assert_eq!(lines(true, 5), [5, 5, 3, 2, 2, 1, 1]);
+        assert_eq!(lines(true, 1), [1; 7]);
+        let all = TuningParams {
+            lines: 3,
+            ..TuningParams::default()
+        };
+        assert_eq!(all.lines_after(u64::MAX), 3);
     }
 }
