@@ -75,9 +75,9 @@ impl TuningParams {
             return self.lines;
         }
         // The least number of halvings that leaves one line.
-        let halvings = self.lines.next_power_of_two().trailing_zeros();
+        let halvings = u64::from(self.lines).next_power_of_two().trailing_zeros();
         let done = iterations.min(after) * u64::from(halvings) / after;
-        self.lines.div_ceil(1 << done)
+        u64::from(self.lines).div_ceil(1 << done) as u32
     }
 
     /// Whether nothing differs from the defaults, which configurations leave out.
@@ -106,6 +106,7 @@ mod tests {
         assert_eq!(lines(true, 8), [8, 8, 4, 2, 2, 1, 1]);
         assert_eq!(lines(true, 5), [5, 5, 3, 2, 2, 1, 1]);
         assert_eq!(lines(true, 1), [1; 7]);
+        assert_eq!(lines(true, u32::MAX)[6], 1);
         let all = TuningParams {
             lines: 3,
             ..TuningParams::default()
