@@ -8,6 +8,7 @@ use super::{Newcomer, Session, Tally};
 use crate::eval::{Domain, Episode, Line, Pool, episode_seed};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
+use crate::stats::mean;
 use crate::task::Rng;
 use crate::tune::{RecentMean, Search, Trial};
 
@@ -15,8 +16,8 @@ use crate::tune::{RecentMean, Search, Trial};
 const TUNING_STREAM: u64 = 5;
 /// Number of a generation's first episode of tuning: the scores' own are numbered from 0.
 const FIRST_EPISODE: u64 = 1 << 32;
-/// Weight of a generation's fitness in a line's form.
-const FORM: f64 = 0.25;
+/// Weight of an iteration in a line's form.
+const FORM: f64 = 0.1;
 
 /// A line: the agent that is tuned, which selection does not drop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,7 +31,7 @@ pub(super) struct Tuned {
     remembers: bool,
     /// Generations for which it has lain behind the best agent.
     behind: u32,
-    /// Moving average of its fitness, which a single score of few episodes would leave to luck.
+    /// Moving average of what all of its trials scored, which the few episodes of its own score would leave to luck.
     pub(super) form: Option<f64>,
 }
 
@@ -45,6 +46,17 @@ impl Tuned {
             remembers: false,
             behind: 0,
             form: None,
+        }
+    }
+
+    /// Takes an iteration's trials into its form; those without a score tell nothing.
+    fn judge(&mut self, trials: &[Trial]) {
+        let scores = trials.iter().flat_map(|t| [t.forwards, t.backwards]);
+        let scores: Vec<f64> = scores.filter(|score| score.is_finite()).collect();
+        if !scores.is_empty() {
+            let score = mean(&scores);
+            let before = self.form.unwrap_or(score);
+            self.form = Some(before + FORM * (score - before));
         }
     }
 
@@ -130,12 +142,6 @@ impl Session {
                 line.behind = if behind { line.behind + 1 } else { 0 };
             }
         }
-        for line in &mut self.lines {
-            if let Some(record) = self.records.get(&line.root) {
-                let before = line.form.unwrap_or(record.fitness);
-                line.form = Some(before + FORM * (record.fitness - before));
-            }
-        }
         let longest = self.lines.iter().map(|line| line.iterations).max();
         let wanted = params.lines_after(longest.unwrap_or(0)) as usize;
         if self.lines.len() > wanted {
@@ -185,6 +191,7 @@ impl Session {
         for _ in 0..params.iterations {
             let search = Search::new(&params, &values, rng);
             let trials = self.try_directions(&search, &tunable, pool, episode, tally);
+            line.judge(&trials);
             values = search.step(&trials);
             line.mean.push(&values);
             line.iterations += 1;
@@ -320,6 +327,26 @@ impl Tally {
         self.steps += episodes.iter().map(|e| u64::from(e.steps)).sum::<u64>();
         self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
         let values: Vec<f64> = episodes.iter().map(value).collect();
-        crate::stats::mean(&values)
+        mean(&values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_form_is_the_mean_of_trials_that_moves() {
+        let mut line = Tuned::new(TeamId(1));
+        let trial = |forwards, backwards| Trial {
+            forwards,
+            backwards,
+        };
+        line.judge(&[trial(f64::NEG_INFINITY, f64::NEG_INFINITY)]);
+        assert_eq!(line.form, None);
+        line.judge(&[trial(1.0, 3.0), trial(f64::NEG_INFINITY, 5.0)]);
+        assert_eq!(line.form, Some(3.0));
+        line.judge(&[trial(13.0, 13.0)]);
+        assert_eq!(line.form, Some(3.0 + FORM * 10.0));
     }
 }
