@@ -1,6 +1,7 @@
 //! The process at the other end: who it is and what has become of it.
 
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::NodeView as _;
@@ -8,6 +9,11 @@ use iceoryx2::prelude::*;
 
 use crate::error::BridgeError;
 use crate::message::Role;
+
+/// How long a process that looks dead may take to be gone: one that clears up looks so in the middle of it.
+const CLEARING_UP: Duration = Duration::from_millis(200);
+/// Time between two looks at it.
+const LOOK_INTERVAL: Duration = Duration::from_millis(5);
 
 /// A process that has been met.
 #[derive(Debug)]
@@ -44,7 +50,7 @@ impl Peer {
         }
     }
 
-    /// Finds out why it is silent, if that must not go on; takes about half a millisecond.
+    /// Finds out why it is silent, if that must not go on; takes about half a millisecond, longer if it is dead.
     #[cold]
     pub(crate) fn look(
         &self,
@@ -73,7 +79,19 @@ impl Peer {
         }
     }
 
+    /// What has become of it; a death is believed only if it lasts.
     fn fate(&self, config: &Config) -> Fate {
+        let start = Instant::now();
+        loop {
+            let fate = self.fate_now(config);
+            if fate != Fate::Dead || start.elapsed() >= CLEARING_UP {
+                return fate;
+            }
+            thread::sleep(LOOK_INTERVAL);
+        }
+    }
+
+    fn fate_now(&self, config: &Config) -> Fate {
         match Node::<ipc::Service>::state_of(config, self.node_id) {
             Ok(Some(NodeState::Dead(_))) => Fate::Dead,
             Ok(None) => Fate::Gone,
