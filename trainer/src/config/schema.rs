@@ -156,9 +156,6 @@ pub struct SelectionParams {
     pub episodes: u32,
     /// Episodes between two looks at who can still win.
     pub batch: u32,
-    /// Control steps after which a race's episodes end; 0 stands for the task's own limit.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub max_steps: u32,
 }
 
 impl Default for SelectionParams {
@@ -168,7 +165,6 @@ impl Default for SelectionParams {
             every: 2,
             episodes: 40,
             batch: 5,
-            max_steps: 0,
         }
     }
 }

@@ -72,7 +72,7 @@ impl Session {
         }
         // Whatever training is spared, champions are chosen at the task itself.
         pool.ease(1, 1);
-        pool.shorten(params.max_steps);
+        pool.shorten(0);
         let mut runners: Vec<TeamId> = self.race.champion.into_iter().collect();
         let best = self.ranking().into_iter().map(|(root, _)| root);
         for root in self.tuned().chain(best.take(params.candidates as usize)) {
