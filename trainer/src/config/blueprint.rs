@@ -153,7 +153,7 @@ impl Blueprint {
         let task = task::create(name).map_err(|e| value("task", name, e.to_string()))?;
         let wrappers = Wrappers::new(&self.observability, task.spec())
             .map_err(|e| value("observability", &self.contract.observability, e.to_string()))?;
-        Ok(Arena::new(task, wrappers))
+        Ok(Arena::new(task, wrappers).with_shaping(self.shaping))
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use tpg_runtime::{CapacityError, HostAgent, Policy, Reset};
 
-use super::{Arena, Episode, Shaping};
+use super::{Arena, Episode};
 use crate::frontend::Recording;
 
 /// How far a policy's evaluation can be split among threads without changing it.
@@ -91,12 +91,6 @@ impl Pool {
     pub fn shorten(&mut self, steps: u32) {
         let arenas = self.arenas.iter_mut();
         arenas.for_each(|arena| arena.shorten(steps));
-    }
-
-    /// Shapes rewards beside the task's own, until this is called again.
-    pub fn shape(&mut self, shaping: Shaping) {
-        let arenas = self.arenas.iter_mut();
-        arenas.for_each(|arena| arena.shape(shaping));
     }
 
     /// What was recorded since the last call, in the order of policies and episodes.

@@ -116,6 +116,12 @@ impl Arena {
         }
     }
 
+    /// The same with shaped rewards beside the task's own.
+    #[must_use]
+    pub fn with_shaping(self, shaping: Shaping) -> Self {
+        Arena { shaping, ..self }
+    }
+
     /// Begins or ends to record what policies see.
     pub fn record(&mut self, on: bool) {
         let spec = self.task.spec();
@@ -131,11 +137,6 @@ impl Arena {
     pub fn shorten(&mut self, steps: u32) {
         let all = self.task.spec().max_steps;
         self.max_steps = if steps == 0 { all } else { steps.min(all) };
-    }
-
-    /// Shapes rewards beside the task's own, until this is called again.
-    pub fn shape(&mut self, shaping: Shaping) {
-        self.shaping = shaping;
     }
 
     /// What the last episode showed, if it was recorded.

@@ -13,13 +13,6 @@ pub struct Shaping {
     pub alive: f64,
     /// Of what it pays for control.
     pub control: f64,
-    /// Environment steps of training after which the fitness is the score; 0: never.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub until: u64,
-}
-
-fn is_zero(steps: &u64) -> bool {
-    *steps == 0
 }
 
 impl Default for Shaping {
@@ -27,7 +20,6 @@ impl Default for Shaping {
         Shaping {
             alive: 1.0,
             control: 1.0,
-            until: 0,
         }
     }
 }
@@ -37,16 +29,6 @@ impl Shaping {
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == Shaping::default()
-    }
-
-    /// What holds after so many environment steps of training.
-    #[must_use]
-    pub fn after(self, steps: u64) -> Shaping {
-        if self.until > 0 && steps >= self.until {
-            Shaping::default()
-        } else {
-            self
-        }
     }
 
     /// The shaped reward of a step: the reward itself, bit for bit, where nothing is shaped.
@@ -76,15 +58,7 @@ mod tests {
             terminated: false,
             unstable: false,
         };
-        let shaped = |alive, control| {
-            let until = 0;
-            let shaping = Shaping {
-                alive,
-                control,
-                until,
-            };
-            shaping.apply(&step)
-        };
+        let shaped = |alive, control| Shaping { alive, control }.apply(&step);
         for ((alive, control), reward) in [
             ((1.0, 1.0), 2.75),
             ((0.0, 1.0), 1.75),
@@ -93,17 +67,5 @@ mod tests {
         ] {
             assert!((shaped(alive, control) - reward).abs() < 1e-12);
         }
-    }
-
-    #[test]
-    fn it_ends_after_its_steps_or_never() {
-        let shaping = |until| Shaping {
-            alive: 0.0,
-            control: 1.0,
-            until,
-        };
-        assert_eq!(shaping(0).after(u64::MAX), shaping(0));
-        assert_eq!(shaping(100).after(99), shaping(100));
-        assert!(shaping(100).after(100).is_default());
     }
 }

@@ -130,27 +130,6 @@ fn lines_that_are_halved_end_half_of_them_at_a_time() {
     assert_eq!(lines, [4, 4, 2, 1]);
 }
 
-/// Pole-balancing pays for nothing but being alive.
-#[test]
-fn once_shaping_has_ended_fitness_is_the_score_of_everyone() {
-    let settings = [
-        "evaluation.shaping.alive=0",
-        "evaluation.shaping.until=4000",
-    ];
-    let mut session = session_with("cartpole-sr-b23", &settings);
-    let mut pool = session.pool(1).expect("an arena");
-    while session.steps < 4000 {
-        session.advance(&mut pool).expect("a generation");
-        let mut records = session.records.values();
-        assert!(records.all(|r| r.fitness == 0.0 && r.score > 0.0));
-    }
-    session.advance(&mut pool).expect("a generation");
-    let mut records = session.records.values();
-    assert!(records.all(|r| r.fitness.total_cmp(&r.score).is_eq()));
-    let old = session.records.values().filter(|r| r.generation == 0);
-    assert!(old.count() > 0, "nobody was scored before");
-}
-
 /// A new stage forgets what was scored in an easier one.
 #[test]
 fn at_a_new_stage_everyone_is_scored_again() {
