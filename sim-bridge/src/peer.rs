@@ -69,29 +69,21 @@ impl Peer {
         }
     }
 
-    /// Why its port is no longer there.
+    /// Why its port is no longer there; a death is believed only if it lasts.
     #[cold]
     pub(crate) fn gone(&self, config: &Config) -> BridgeError {
         let (peer, pid) = (self.role, self.pid);
-        match self.fate(config) {
-            Fate::Dead => BridgeError::Died { peer, pid },
-            Fate::Alive | Fate::Gone => BridgeError::Left { peer, pid },
-        }
-    }
-
-    /// What has become of it; a death is believed only if it lasts.
-    fn fate(&self, config: &Config) -> Fate {
         let start = Instant::now();
-        loop {
-            let fate = self.fate_now(config);
-            if fate != Fate::Dead || start.elapsed() >= CLEARING_UP {
-                return fate;
+        while self.fate(config) == Fate::Dead {
+            if start.elapsed() >= CLEARING_UP {
+                return BridgeError::Died { peer, pid };
             }
             thread::sleep(LOOK_INTERVAL);
         }
+        BridgeError::Left { peer, pid }
     }
 
-    fn fate_now(&self, config: &Config) -> Fate {
+    fn fate(&self, config: &Config) -> Fate {
         match Node::<ipc::Service>::state_of(config, self.node_id) {
             Ok(Some(NodeState::Dead(_))) => Fate::Dead,
             Ok(None) => Fate::Gone,
