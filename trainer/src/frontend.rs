@@ -17,6 +17,6 @@ mod record;
 
 pub use learner::Learner;
 pub use moments::Moments;
-pub use params::{Belief, Columns, FrontEndParams};
+pub use params::{Belief, Columns, FrontEndParams, Others};
 pub use perception::Perception;
 pub use record::{Recorder, Recording, action_variables};

@@ -23,6 +23,7 @@ pub(super) fn check(
     }
     for (key, number) in [
         ("front-end.weighting", params.weighting),
+        ("front-end.outlier", params.outlier),
         ("front-end.ridge", params.ridge),
     ] {
         if !(number.is_finite() && number >= 0.0) {

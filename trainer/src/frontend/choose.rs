@@ -25,10 +25,14 @@ struct Split {
 
 impl Split {
     fn new(pairs: &Pairs<'_>, columns: &[u16], degree: u8, statics: bool) -> Self {
-        let held = |number: usize| number.is_multiple_of(HELD_OUT);
+        let share = |held_out: bool| {
+            pairs.sums(columns, degree, statics, |number| {
+                f64::from(u8::from(number.is_multiple_of(HELD_OUT) == held_out))
+            })
+        };
         Split {
-            fit: pairs.sums(columns, degree, statics, |k| !held(k)),
-            test: pairs.sums(columns, degree, statics, held),
+            fit: share(false),
+            test: share(true),
         }
     }
 

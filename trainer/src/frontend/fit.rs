@@ -3,6 +3,11 @@
 use nalgebra::{Cholesky, DMatrix};
 use tpg_runtime::math::standardise;
 
+use super::FrontEndParams;
+
+/// Fits after the first, where outliers lose weight.
+const ROUNDS: usize = 5;
+
 /// Pairs of observations in the front end's units.
 pub(super) struct Pairs<'a> {
     /// One after another: observation, action, next observation.
@@ -51,18 +56,103 @@ impl Pairs<'_> {
         2 * self.inputs + self.actions
     }
 
-    /// Sums over the pairs whose number is `wanted`, in their order; targets are what the columns change by, or, for
-    /// `statics`, the columns themselves.
+    /// Coefficients of a model of these columns, row by row of its monomials; `None` where nothing determines them.
+    ///
+    /// With an `outlier` error the fit is repeated, each time with weights min(1, (outlier / error)²) by the model before: no
+    /// polynomial predicts a step in which the body hits a stop, and one that tries errs everywhere else.
+    pub(super) fn model(&self, columns: &[u16], params: &FrontEndParams) -> Option<Vec<f32>> {
+        let degree = params.degree;
+        let targets: Vec<usize> = (0..columns.len()).collect();
+        let fit = |weight: &dyn Fn(usize) -> f64| {
+            let normal = self.sums(columns, degree, false, weight);
+            let all: Vec<usize> = (0..normal.factors.len()).collect();
+            normal.solve(&all, &targets, params.ridge)
+        };
+        let mut found = fit(&|_| 1.0)?;
+        if params.outlier > 0.0 {
+            for _ in 0..ROUNDS {
+                let residuals = self.residuals(columns, degree, &found);
+                let weight = |number: usize| (params.outlier / residuals[number]).powi(2).min(1.0);
+                found = fit(&weight)?;
+            }
+        }
+        // Row by row: nalgebra stores columns.
+        let rows = found.transpose();
+        let coefficients: Vec<f32> = rows.iter().map(|x| *x as f32).collect();
+        coefficients
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(coefficients)
+    }
+
+    /// Sums over all pairs, each weighed by its nearness to the means and by `weight` of its number, in their order; pairs without
+    /// weight are left out. Targets are what the columns change by, or, for `statics`, the columns themselves.
     pub(super) fn sums(
         &self,
         columns: &[u16],
         degree: u8,
         statics: bool,
-        wanted: impl Fn(usize) -> bool,
+        weight: impl Fn(usize) -> f64,
     ) -> Normal {
-        let actions = if statics { 0 } else { self.actions };
-        let factors = monomials((columns.len() + actions) as u16, degree);
+        let factors = self.factors(columns, degree, statics);
         let (n, c) = (factors.len(), columns.len());
+        let (mut gram, mut cross) = (vec![0.0; n * n], vec![0.0; n * c]);
+        let mut squares = vec![0.0; c];
+        self.each(columns, &factors, statics, |number, near, phi, targets| {
+            let weight = near * weight(number);
+            if weight == 0.0 {
+                return;
+            }
+            for i in 0..n {
+                let scaled = weight * phi[i];
+                for (sum, x) in gram[i * n..=i * n + i].iter_mut().zip(phi) {
+                    *sum += scaled * x;
+                }
+                for (sum, y) in cross[i * c..(i + 1) * c].iter_mut().zip(targets) {
+                    *sum += scaled * y;
+                }
+            }
+            for (sum, y) in squares.iter_mut().zip(targets) {
+                *sum += weight * y * y;
+            }
+        });
+        let gram = DMatrix::from_fn(n, n, |i, j| gram[i.max(j) * n + i.min(j)]);
+        Normal {
+            factors,
+            gram,
+            cross: DMatrix::from_row_slice(n, c, &cross),
+            squares,
+        }
+    }
+
+    /// Of each pair, the largest error among the columns under these coefficients of all monomials.
+    fn residuals(&self, columns: &[u16], degree: u8, coefficients: &DMatrix<f64>) -> Vec<f64> {
+        let factors = self.factors(columns, degree, false);
+        let mut residuals = Vec::with_capacity(self.raw.len() / self.stride());
+        self.each(columns, &factors, false, |_, _, phi, targets| {
+            let error = |(target, column): (&f64, nalgebra::DVectorView<'_, f64>)| {
+                let predicted: f64 = column.iter().zip(phi).map(|(a, x)| a * x).sum();
+                (predicted - target).abs()
+            };
+            let columns = targets.iter().zip(coefficients.column_iter());
+            residuals.push(columns.map(error).fold(0.0, f64::max));
+        });
+        residuals
+    }
+
+    fn factors(&self, columns: &[u16], degree: u8, statics: bool) -> Vec<Vec<u16>> {
+        let actions = if statics { 0 } else { self.actions };
+        monomials((columns.len() + actions) as u16, degree)
+    }
+
+    /// Hands on of each pair its number, its weight by nearness, its monomials and its targets.
+    fn each(
+        &self,
+        columns: &[u16],
+        factors: &[Vec<u16>],
+        statics: bool,
+        mut visit: impl FnMut(usize, f64, &[f64], &[f64]),
+    ) {
         // Each monomial is one that stands before it times one more variable.
         let parents: Vec<(usize, usize)> = factors
             .iter()
@@ -74,13 +164,9 @@ impl Pairs<'_> {
                 None => (0, 0),
             })
             .collect();
-        let (mut gram, mut cross) = (vec![0.0; n * n], vec![0.0; n * c]);
-        let mut squares = vec![0.0; c];
-        let (mut values, mut targets, mut phi) = (Vec::new(), vec![0.0; c], vec![1.0; n]);
+        let (mut values, mut targets) = (Vec::new(), vec![0.0; columns.len()]);
+        let mut phi = vec![1.0; factors.len()];
         for (number, pair) in self.raw.chunks_exact(self.stride()).enumerate() {
-            if !wanted(number) {
-                continue;
-            }
             let (first, rest) = pair.split_at(self.inputs);
             let (action, second) = rest.split_at(self.actions);
             let z = |o: &[f32], column: u16| {
@@ -89,7 +175,7 @@ impl Pairs<'_> {
             };
             values.clear();
             values.extend(columns.iter().map(|k| z(first, *k)));
-            let weight = self.weight(&values);
+            let near = self.nearness(&values);
             for ((target, k), before) in targets.iter_mut().zip(columns).zip(&values) {
                 *target = if statics {
                     *before
@@ -97,33 +183,17 @@ impl Pairs<'_> {
                     z(second, *k) - before
                 };
             }
-            values.extend(action.iter().take(actions).map(|u| f64::from(*u)));
+            if !statics {
+                values.extend(action.iter().map(|u| f64::from(*u)));
+            }
             for (k, (parent, variable)) in parents.iter().enumerate().skip(1) {
                 phi[k] = phi[*parent] * values[*variable];
             }
-            for i in 0..n {
-                let scaled = weight * phi[i];
-                for (sum, x) in gram[i * n..=i * n + i].iter_mut().zip(&phi) {
-                    *sum += scaled * x;
-                }
-                for (sum, y) in cross[i * c..(i + 1) * c].iter_mut().zip(&targets) {
-                    *sum += scaled * y;
-                }
-            }
-            for (sum, y) in squares.iter_mut().zip(&targets) {
-                *sum += weight * y * y;
-            }
-        }
-        let gram = DMatrix::from_fn(n, n, |i, j| gram[i.max(j) * n + i.min(j)]);
-        Normal {
-            factors,
-            gram,
-            cross: DMatrix::from_row_slice(n, c, &cross),
-            squares,
+            visit(number, near, &phi, &targets);
         }
     }
 
-    fn weight(&self, z: &[f64]) -> f64 {
+    fn nearness(&self, z: &[f64]) -> f64 {
         if self.weighting == 0.0 {
             return 1.0;
         }
@@ -229,7 +299,7 @@ mod tests {
             scales: &scales,
             weighting: 0.0,
         };
-        let normal = pairs.sums(&[0, 1], 2, false, |_| true);
+        let normal = pairs.sums(&[0, 1], 2, false, |_| 1.0);
         let all: Vec<usize> = (0..normal.factors.len()).collect();
         let found = normal.solve(&all, &[0, 1], 1e-9).expect("determined");
         for (k, factors) in normal.factors.iter().enumerate() {
@@ -257,5 +327,36 @@ mod tests {
         let poorer = normal.solve(&some, &[0], 1e-9).expect("determined");
         let left = normal.errors(&some, &[0], &poorer)[0] / normal.gram[(0, 0)];
         assert!((left - 0.01 / 3.0).abs() < 1e-3, "{left}");
+    }
+
+    /// A body that now and then hits a stop: what the stop does to some pairs must not bend the model of all others.
+    #[test]
+    fn outliers_lose_their_weight() {
+        let mut rng = Rng::new(4);
+        let mut raw = Vec::new();
+        for _ in 0..1000 {
+            let [x, u] = [(); 2].map(|()| rng.uniform(-1.0, 1.0) as f32);
+            let free = x + 0.2 * u;
+            raw.extend([x, u, if free > 0.9 { 0.0 } else { free }]);
+        }
+        let pairs = Pairs {
+            raw: &raw,
+            inputs: 1,
+            actions: 1,
+            means: &[0.0],
+            scales: &[1.0],
+            weighting: 0.0,
+        };
+        let worst = |outlier: f64| {
+            let params = FrontEndParams {
+                outlier,
+                ..FrontEndParams::default()
+            };
+            let found = pairs.model(&[0], &params).expect("determined");
+            let gaps = found.iter().zip([0.0, 0.0, 0.2]);
+            gaps.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        };
+        assert!(worst(0.0) > 0.05, "{}", worst(0.0));
+        assert!(worst(0.01) < 1e-3, "{}", worst(0.01));
     }
 }

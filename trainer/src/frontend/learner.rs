@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::fit::Pairs;
 use super::perception::Model;
 use super::record::action_variables;
-use super::{Belief, FrontEndParams, Moments, Perception, Recording, choose};
+use super::{Belief, FrontEndParams, Moments, Others, Perception, Recording, choose};
 use crate::task::ActionSpace;
 
 /// Share of the kept pairs that one generation may replace: what is kept spans several.
@@ -75,7 +75,7 @@ impl Learner {
         if !generation.is_multiple_of(u64::from(params.refit_every.max(1))) {
             return;
         }
-        let (means, scales) = match params.standardise {
+        let (means, mut scales) = match params.standardise {
             true => self.moments.scaling(),
             false => Moments::new(inputs).scaling(),
         };
@@ -83,6 +83,13 @@ impl Learner {
             Belief::Learned => self.fit(params, variables, &means, &scales),
             Belief::None | Belief::Hold => None,
         };
+        if let (Others::Drop, Some(model)) = (params.others, &model) {
+            for (column, scale) in (0u16..).zip(&mut scales) {
+                if !model.columns.contains(&column) {
+                    *scale = 0.0;
+                }
+            }
+        }
         let perception = Perception {
             hold: params.belief != Belief::None,
             means,
@@ -152,18 +159,50 @@ impl Learner {
         if !enough(columns.len(), params.degree) {
             return None;
         }
-        let normal = pairs.sums(&columns, params.degree, false, |_| true);
-        let all: Vec<usize> = (0..normal.factors.len()).collect();
-        let targets: Vec<usize> = (0..columns.len()).collect();
-        let found = normal.solve(&all, &targets, params.ridge)?;
-        // Row by row: nalgebra stores columns.
-        let rows = found.transpose();
-        let coefficients: Vec<f32> = rows.iter().map(|x| *x as f32).collect();
+        let coefficients = pairs.model(&columns, params)?;
         self.columns = Some(columns.clone());
-        coefficients.iter().all(|x| x.is_finite()).then_some(Model {
+        Some(Model {
             degree: params.degree,
             columns,
             coefficients,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::Rng;
+
+    /// What a model leaves out is perceived as zero, also where it is seen; before there is a model, all is perceived.
+    #[test]
+    fn other_columns_are_dropped_once_there_is_a_model() {
+        let actions = ActionSpace::Continuous {
+            len: 1,
+            low: -1.0,
+            high: 1.0,
+        };
+        let params = FrontEndParams {
+            belief: Belief::Learned,
+            others: Others::Drop,
+            refit_every: 1,
+            ..FrontEndParams::default()
+        };
+        let mut learner = Learner::new(&params, 2, Some(vec![1]));
+        let mut rng = Rng::new(6);
+        let mut pairs = Vec::new();
+        for _ in 0..50 {
+            let [x, y, u] = [(); 3].map(|()| rng.uniform(-1.0, 1.0) as f32);
+            pairs.extend([x, y, u, -x, 0.9 * y + 0.1 * u]);
+        }
+        let recording = Recording {
+            moments: Moments::new(2),
+            pairs: pairs.into(),
+        };
+        learner.learn(&params, actions, 0, &[recording]);
+        let scales = |generation| learner.of(generation).expect("a front end").scales.clone();
+        let dropped = |scales: Vec<f32>| scales.iter().map(|s| *s > 0.0).collect::<Vec<_>>();
+        assert_eq!(dropped(scales(0)), [true, true]);
+        assert_eq!(dropped(scales(1)), [false, true]);
     }
 }

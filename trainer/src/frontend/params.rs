@@ -33,6 +33,28 @@ impl Columns {
     }
 }
 
+fn is_zero(number: &f64) -> bool {
+    number.total_cmp(&0.0).is_eq()
+}
+
+/// What policies perceive of the columns that a model does not describe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Others {
+    /// What was seen last.
+    #[default]
+    Hold,
+    /// Nothing: zeros, also where the observation is visible.
+    Drop,
+}
+
+impl Others {
+    /// Whether it is the default, which configurations leave out.
+    fn is_default(&self) -> bool {
+        *self == Others::default()
+    }
+}
+
 /// How front ends are learned; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -45,8 +67,14 @@ pub struct FrontEndParams {
     pub degree: u8,
     /// Columns that a model describes.
     pub columns: Columns,
+    /// What policies perceive of the other columns, once there is a model.
+    #[serde(default, skip_serializing_if = "Others::is_default")]
+    pub others: Others,
     /// Distance from the means at which a pair of observations loses weight, in standard deviations; 0 weighs all alike.
     pub weighting: f64,
+    /// Error in predicting a pair's columns, in standard deviations, beyond which the pair loses weight; 0 believes all pairs alike.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub outlier: f64,
     /// What is added to the diagonal of the normal equations, scaled to ones.
     pub ridge: f64,
     /// Pairs of consecutive visible observations that are kept for fitting, the latest.
@@ -62,7 +90,9 @@ impl Default for FrontEndParams {
             belief: Belief::None,
             degree: 1,
             columns: Columns::Names(Vec::new()),
+            others: Others::Hold,
             weighting: 0.0,
+            outlier: 0.0,
             ridge: 1e-6,
             pairs: 40_000,
             refit_every: 5,

@@ -189,7 +189,8 @@ impl Session {
         };
         let mut values = tunable.values();
         for _ in 0..params.iterations {
-            let search = Search::new(&params, &values, rng);
+            let cooled = params.cooled(line.iterations);
+            let search = Search::new(&cooled, &values, rng);
             let trials = self.try_directions(&search, &tunable, pool, episode, tally);
             line.judge(&trials);
             values = search.step(&trials);

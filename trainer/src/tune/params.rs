@@ -20,6 +20,9 @@ pub struct TuningParams {
     pub noise: f64,
     /// Length of a step in units of the scores' standard deviation.
     pub step: f64,
+    /// Iterations in which noise and step halve, again and again; 0 keeps them.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub half_life: u32,
     /// Generations between two means of a line's last quarter; 0 makes none.
     pub mean_every: u32,
     /// Generations that a line may lie behind the best agent before it takes that one's place; 0 stands for ever.
@@ -49,6 +52,7 @@ impl Default for TuningParams {
             episodes: 1,
             noise: 0.03,
             step: 0.02,
+            half_life: 0,
             mean_every: 10,
             patience: 60,
             margin: 0.3,
@@ -66,7 +70,25 @@ fn is_off(switch: &bool) -> bool {
     !switch
 }
 
+fn is_zero(number: &u32) -> bool {
+    *number == 0
+}
+
 impl TuningParams {
+    /// The same with noise and step as they are after so many iterations.
+    #[must_use]
+    pub fn cooled(&self, iterations: u64) -> Self {
+        if self.half_life == 0 {
+            return *self;
+        }
+        let share = libm::exp2(-(iterations as f64) / f64::from(self.half_life));
+        TuningParams {
+            noise: self.noise * share,
+            step: self.step * share,
+            ..*self
+        }
+    }
+
     /// Lines that go on after the longest has made so many iterations.
     #[must_use]
     pub fn lines_after(&self, iterations: u64) -> u32 {
@@ -112,5 +134,23 @@ mod tests {
             ..TuningParams::default()
         };
         assert_eq!(all.lines_after(u64::MAX), 3);
+    }
+
+    #[test]
+    fn noise_and_step_halve_with_every_half_life() {
+        let params = TuningParams {
+            noise: 0.4,
+            step: 0.8,
+            half_life: 10,
+            ..TuningParams::default()
+        };
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        for (iterations, share) in [(0, 1.0), (10, 0.5), (20, 0.25)] {
+            let cooled = params.cooled(iterations);
+            assert!(close(cooled.noise, 0.4 * share) && close(cooled.step, 0.8 * share));
+        }
+        assert_eq!(params.cooled(u64::MAX).half_life, 10);
+        let warm = TuningParams::default();
+        assert_eq!(warm.cooled(1000), warm);
     }
 }
