@@ -89,7 +89,8 @@ fn element(kind: char, offset: usize, len: usize) -> String {
     format!("{kind}{}[{}]", offset / len, offset % len)
 }
 
-/// Names of the inputs that some instruction or the front end's model reads, in the order of the observation.
+/// Names of the inputs that some instruction or the front end's model reads, in the order of the observation; not those that a
+/// scale of 0 keeps from being perceived.
 #[must_use]
 pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Vec<String> {
     let header = policy.header();
@@ -117,6 +118,9 @@ pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Ve
     if let Some(front_end) = policy.front_end() {
         let columns = front_end.columns.iter();
         used.extend(columns.map(|c| usize::from(u16::from_le_bytes(*c))));
+        let scales = front_end.scales.iter().map(|r| f32::from_le_bytes(*r));
+        let perceived = |k: &usize| scales.clone().nth(*k).is_none_or(|r| r.abs() > 0.0);
+        used.retain(perceived);
     }
     policy
         .inputs()
