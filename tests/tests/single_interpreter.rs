@@ -3,8 +3,8 @@
 //! Clippy's `float_arithmetic`, denied in the runtime, knows types and is the stronger check; this one makes sure that it
 //! stays on, and adds what it cannot see. By reading every source file as a syntax tree:
 //!
-//! 1. The word `libm` stands in code only in the runtime's maths and, for the host's own f64, in the trainer's tasks, statistics and
-//!    fit of front ends.
+//! 1. The word `libm` stands in code only in the runtime's maths and, for the host's own f64, in the trainer's tasks, statistics,
+//!    fit of front ends and search.
 //! 2. Other runtime files do no arithmetic on float literals, call no float function, and silence no lint about it.
 //! 3. No function outside the runtime has three branches that each select an arithmetic operation (by `match`, `if`,
 //!    a table of closures or functions, or its mnemonic) and compute: an arithmetic operator, a negation, or a function

@@ -29,7 +29,7 @@ fn place(path: &str) -> Place {
         Place::Maths
     } else if path.starts_with("runtime/src/") {
         Place::Runtime
-    } else if ["task/", "stats/", "frontend/"]
+    } else if ["task/", "stats/", "frontend/", "tune/"]
         .iter()
         .any(|folder| path.starts_with(&format!("trainer/src/{folder}")))
     {
