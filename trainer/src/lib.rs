@@ -1,6 +1,7 @@
 //! Evolves Tangled Program Graphs.
 pub mod cli;
 pub mod config;
+mod defaults;
 pub mod disassemble;
 pub mod eval;
 pub mod evolve;

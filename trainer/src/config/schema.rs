@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::WriteDistribution;
 
+use crate::defaults::is_default;
 use crate::eval::Shaping;
 use crate::evolve::{ActionPrograms, EvolutionParams};
 use crate::frontend::FrontEndParams;
@@ -69,13 +70,13 @@ pub struct EvaluationConfig {
     /// Training episodes of each new team.
     pub episodes: u32,
     /// Best teams that are scored again in each generation, all their scores of training averaged.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub elites: u32,
     /// What of the reward the fitness of training counts.
     #[serde(default, skip_serializing_if = "Shaping::is_default")]
     pub shaping: Shaping,
     /// Control steps after which training episodes end; 0 stands for the task's own limit.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub max_steps: u32,
     /// How blackouts become as frequent as the task says.
     #[serde(default, skip_serializing_if = "Curriculum::is_default")]
@@ -137,11 +138,6 @@ fn by_the_winner() -> String {
 
 fn is_by_the_winner(programs: &str) -> bool {
     programs == WINNER
-}
-
-/// Whether a number is zero; configurations leave out what the thesis does not know.
-fn is_zero(number: &u32) -> bool {
-    *number == 0
 }
 
 /// How the champion is chosen.

@@ -118,9 +118,7 @@ pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Ve
     if let Some(front_end) = policy.front_end() {
         let columns = front_end.columns.iter();
         used.extend(columns.map(|c| usize::from(u16::from_le_bytes(*c))));
-        let scales = front_end.scales.iter().map(|r| f32::from_le_bytes(*r));
-        let perceived = |k: &usize| scales.clone().nth(*k).is_none_or(|r| r.abs() > 0.0);
-        used.retain(perceived);
+        used.retain(|k| f32::from_le_bytes(front_end.scales[*k]).abs() > 0.0);
     }
     policy
         .inputs()

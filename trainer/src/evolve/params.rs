@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::defaults::is_default;
+
 /// An inclusive range of sizes, drawn evenly at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -33,11 +35,6 @@ impl Initial {
     pub fn is_default(&self) -> bool {
         *self == Initial::default()
     }
-}
-
-/// Whether a rate is zero; configurations leave out those that the thesis does not know.
-fn is_zero(rate: &f64) -> bool {
-    *rate == 0.0
 }
 
 /// How populations are made from one another.
@@ -82,13 +79,13 @@ pub struct TeamParams {
     /// For each program: replacing it by a mutated clone; 0 stands for 1/size. At least one is replaced.
     pub mutate: f64,
     /// Drawing a new rule of resets, in a run where agents evolve it.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub reset: f64,
     /// Cloning a program inside the team, with a bid of its own.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub grow: f64,
     /// Giving a program of the team a memory of what it has observed.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub remember: f64,
 }
 

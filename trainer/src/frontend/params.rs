@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::defaults::is_default;
+
 /// What policies perceive when they see nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -33,10 +35,6 @@ impl Columns {
     }
 }
 
-fn is_zero(number: &f64) -> bool {
-    number.total_cmp(&0.0).is_eq()
-}
-
 /// What policies perceive of the columns that a model does not describe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -46,13 +44,6 @@ pub enum Others {
     Hold,
     /// Nothing: zeros, also where the observation is visible.
     Drop,
-}
-
-impl Others {
-    /// Whether it is the default, which configurations leave out.
-    fn is_default(&self) -> bool {
-        *self == Others::default()
-    }
 }
 
 /// How front ends are learned; `presets/defaults.toml` explains every key.
@@ -68,12 +59,12 @@ pub struct FrontEndParams {
     /// Columns that a model describes.
     pub columns: Columns,
     /// What policies perceive of the other columns, once there is a model.
-    #[serde(default, skip_serializing_if = "Others::is_default")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub others: Others,
     /// Distance from the means at which a pair of observations loses weight, in standard deviations; 0 weighs all alike.
     pub weighting: f64,
     /// Error in predicting a pair's columns, in standard deviations, beyond which the pair loses weight; 0 believes all pairs alike.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub outlier: f64,
     /// What is added to the diagonal of the normal equations, scaled to ones.
     pub ridge: f64,

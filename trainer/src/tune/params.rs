@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::defaults::is_default;
+
 /// How the constants of the best agents are tuned; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -21,7 +23,7 @@ pub struct TuningParams {
     /// Length of a step in units of the scores' standard deviation.
     pub step: f64,
     /// Iterations in which noise and step halve, again and again; 0 keeps them.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub half_life: u32,
     /// Generations between two means of a line's last quarter; 0 makes none.
     pub mean_every: u32,
@@ -36,7 +38,7 @@ pub struct TuningParams {
     /// Iterations after which only the best line goes on; 0 stands for never.
     pub one_after: u32,
     /// Whether the worse half of the lines ends at a time, in equal parts of those iterations, rather than all at their end.
-    #[serde(default, skip_serializing_if = "is_off")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub halve: bool,
     /// Iterations after which the programs of a line's team get a memory, once; 0 stands for never.
     pub remember_after: u32,
@@ -63,15 +65,6 @@ impl Default for TuningParams {
             remember_after: 0,
         }
     }
-}
-
-/// Whether a switch is off; configurations leave out what they do not use.
-fn is_off(switch: &bool) -> bool {
-    !switch
-}
-
-fn is_zero(number: &u32) -> bool {
-    *number == 0
 }
 
 impl TuningParams {
