@@ -14,6 +14,20 @@ pub const INDEXED_ROWS: usize = 100;
 /// Cells of the indexed memory: [`INDEXED_ROWS`] rows of one column for each register.
 pub const INDEXED_CELLS: usize = INDEXED_ROWS * REGISTERS;
 
+/// The name of a cell of indexed memory: `cell[row,column]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellName(
+    /// Number of the cell, row by row; below [`INDEXED_CELLS`].
+    pub u16,
+);
+
+impl core::fmt::Display for CellName {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let columns = REGISTERS as u16;
+        write!(f, "cell[{},{}]", self.0 / columns, self.0 % columns)
+    }
+}
+
 /// What an instruction writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Destination {

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, anyhow};
 use clap::Parser;
-use tpg_trainer::cli::{Failure, ScoreArgs, Status};
+use tpg_tasks::exit_status::{Failure, Status};
+use tpg_tasks::score::ScoreArgs;
 
 use crate::args::{ControllerArgs, PaceArgs, TimeoutArgs};
 use crate::interrupt;

@@ -3,7 +3,8 @@
 use std::fmt;
 use std::io::{self, Write as _};
 
-use tpg_trainer::cli::{Failure, Report, Status};
+use tpg_tasks::exit_status::{Failure, Status};
+use tpg_tasks::score::Report;
 
 use crate::error::BridgeError;
 use crate::timing::{Latency, Timing};

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use hdrhistogram::Histogram;
 use tpg_runtime::{Action, Reset};
-use tpg_trainer::eval::{Controller, Reply};
+use tpg_tasks::eval::{Controller, Reply};
 
 use crate::error::BridgeError;
 use crate::interrupt;

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use tpg_runtime::Policy;
-use tpg_trainer::cli::{Failure, Fault as _, print_json};
+use tpg_tasks::exit_status::{Failure, Fault as _};
+use tpg_tasks::score::print_json;
 
 use crate::args::TimeoutArgs;
 use crate::interrupt;

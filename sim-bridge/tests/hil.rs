@@ -10,8 +10,8 @@ use support::policy;
 use support::{Folder, Process};
 use tpg_runtime::{HostAgent, Policy};
 use tpg_sim_bridge::RunName;
-use tpg_trainer::cli::ScoreArgs;
-use tpg_trainer::eval::evaluate;
+use tpg_tasks::eval::evaluate;
+use tpg_tasks::score::ScoreArgs;
 
 const HIL: &str = env!("CARGO_BIN_EXE_tpg-hil");
 const PLANT: &str = env!("CARGO_BIN_EXE_tpg-plant");

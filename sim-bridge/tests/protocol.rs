@@ -155,7 +155,7 @@ mod plant_side {
     use super::*;
     use tpg_runtime::Reset;
     use tpg_sim_bridge::RemoteController;
-    use tpg_trainer::eval::Controller as _;
+    use tpg_tasks::eval::Controller as _;
 
     /// What the plant says of a controller that spoils a true answer to the first observation.
     fn told(blob: Vec<u8>, spoil: impl Fn(&mut ActionMessage) + Send + 'static) -> String {

@@ -11,7 +11,7 @@ use support::{Folder, Process, policy, within_watchdog};
 use tpg_runtime::{Action, Policy, Reset};
 use tpg_sim_bridge::message::{ActionMessage, ObservationMessage, Request, Response};
 use tpg_sim_bridge::{BridgeError, Contract, Link, Paced, RemoteController, RunName};
-use tpg_trainer::eval::Controller as _;
+use tpg_tasks::eval::Controller as _;
 
 const HIL: &str = env!("CARGO_BIN_EXE_tpg-hil");
 const PLANT: &str = env!("CARGO_BIN_EXE_tpg-plant");

@@ -20,7 +20,7 @@ use tpg_board::trial::Generator;
 use tpg_runtime::{Agent, HostAgent, Policy, Reset, Width};
 use tpg_sim_bridge::RemoteController;
 use tpg_sim_bridge::serial::{SerialPath, update};
-use tpg_trainer::eval::Controller as _;
+use tpg_tasks::eval::Controller as _;
 
 /// What happens to bytes on a line.
 #[derive(Debug, Clone, Copy)]

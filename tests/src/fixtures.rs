@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::Op;
+use tpg_tasks::task::{self, ActionSpace};
 use tpg_trainer::evolve::{
     Action, ActionPrograms, Instruction, Population, Program, Shape, Source, Team, TeamId,
 };
 use tpg_trainer::lower::{Contract, Mode, lower};
-use tpg_trainer::task::{self, ActionSpace};
 
 /// A chain of three teams; the last writes its team's memory and reads it in every decision.
 ///

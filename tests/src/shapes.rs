@@ -4,7 +4,7 @@ use tpg_runtime::blob::MemoryModel;
 use tpg_runtime::isa::{Destination, Op, Operand};
 use tpg_runtime::tables::{Instruction, Target, TeamId};
 use tpg_runtime::{Action, Agent, AnyWidth, Header, Policy, Reset};
-use tpg_trainer::task::Rng;
+use tpg_tasks::task::Rng;
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
 

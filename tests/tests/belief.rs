@@ -2,8 +2,8 @@
 
 use tpg_runtime::frontend::Blank;
 use tpg_runtime::{HostAgent, Policy, Reset, math};
+use tpg_tasks::task::{self, Rng};
 use tpg_tests::process::{text, tpg_ok};
-use tpg_trainer::task::{self, Rng};
 
 /// Mean squared errors of what is believed and of what was seen last, in standardised units, two blank steps after each
 /// visible one.

@@ -17,7 +17,7 @@ use tpg_runtime::isa::Op;
 use tpg_runtime::{HostAgent, Policy};
 use tpg_tests::shapes::{ARITHMETIC, TRANSCENDENTAL, drifting_observations, typical_graph};
 use tpg_tests::{fixtures, golden, random, samples};
-use tpg_trainer::export;
+use tpg_tools::export;
 
 use programs::{Compiled, run_c, run_rust};
 use script::{Followed, follow, write_script};

@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use tpg_tests::process::{finish, start, stderr, text, tpg, tpg_ok};
-use tpg_trainer::experiment::file::Experiment;
-use tpg_trainer::experiment::row::{
+use tpg_experiments::file::Experiment;
+use tpg_experiments::row::{
     Access, AccessKind, CurvePoint, MemorySection, Row, read_row, read_table,
 };
+use tpg_tests::process::{finish, start, stderr, text, tpg, tpg_ok};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session::Session;
 

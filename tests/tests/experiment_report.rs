@@ -5,10 +5,10 @@ use std::fs;
 use std::path::Path;
 
 use tempfile::TempDir;
-use tpg_trainer::experiment::file::Experiment;
-use tpg_trainer::experiment::folder::{Folder, Manifest};
-use tpg_trainer::experiment::report::{self, ReportError};
-use tpg_trainer::experiment::row::{
+use tpg_experiments::file::Experiment;
+use tpg_experiments::folder::{Folder, Manifest};
+use tpg_experiments::report::{self, ReportError};
+use tpg_experiments::row::{
     Access, AccessKind, CellFiles, CurvePoint, MemorySection, Row, write_accesses, write_curve,
     write_row,
 };

@@ -59,7 +59,7 @@ fn inputs_that_a_scale_of_zero_hides_are_not_used() {
     for (scale, used) in [(0.5, 1), (0.0, 0), (-0.0, 0)] {
         let bytes = echo(Blank::Zero, 0, &[], &[1.0, -2.0, scale, 4.0]).encode();
         let policy = Policy::load(&bytes).expect("a policy");
-        let inputs = tpg_trainer::disassemble::inputs_used(&policy, policy.tables().code);
+        let inputs = tpg_tools::disassemble::inputs_used(&policy, policy.tables().code);
         assert_eq!(inputs.len(), used, "{scale}");
     }
 }

@@ -4,9 +4,11 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
+use tpg_tasks::eval::Arena;
+use tpg_tasks::task::{ActionSpace, Rng, Task, create, names};
 use tpg_trainer::config::{Blueprint, Preset, resolve};
+use tpg_trainer::frontend::{Moments, Recorded, Recorder};
 use tpg_trainer::session::Session;
-use tpg_trainer::task::{ActionSpace, Rng, Task, create, names};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -81,14 +83,27 @@ fn no_episode_of_an_agent_allocates() {
         let policy = Policy::load(&blob).expect("a sound policy");
         let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
         let mut arena = blueprint.arena().expect("the task");
-        for recorded in [false, true] {
-            arena.record(recorded);
-            let mut episode = |seed| arena.episode(&mut *agent, Reset::Episode, seed);
-            episode(1).expect("the right observation");
+        let mut allocations = |controller: &mut dyn FnMut(&mut Arena, u64)| {
+            controller(&mut arena, 1);
             let before = ALLOCATIONS.get();
-            episode(2).expect("the right observation");
-            assert_eq!(ALLOCATIONS.get() - before, 0, "{name}");
-            assert_eq!(arena.recording().is_some(), recorded);
-        }
+            controller(&mut arena, 2);
+            ALLOCATIONS.get() - before
+        };
+        let plain = allocations(&mut |arena, seed| {
+            (arena.episode(&mut *agent, Reset::Episode, seed)).expect("the right observation");
+        });
+        assert_eq!(plain, 0, "{name}");
+        let spec = blueprint.arena().expect("the task").task().spec().clone();
+        let inputs = usize::from(policy.header().observation_len);
+        let mut recorder = Recorder::new(inputs, spec.actions, spec.max_steps);
+        let mut recorded = Recorded {
+            inner: &mut *agent,
+            recorder: &mut recorder,
+        };
+        let watched = allocations(&mut |arena, seed| {
+            (arena.episode(&mut recorded, Reset::Episode, seed)).expect("the right observation");
+        });
+        assert_eq!(watched, 0, "{name}, recorded");
+        assert!(recorder.finish().moments != Moments::new(inputs), "{name}");
     }
 }

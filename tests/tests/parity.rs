@@ -10,7 +10,7 @@
 use serde::Deserialize;
 use std::{env, fs, path::PathBuf};
 use tpg_runtime::Action;
-use tpg_trainer::task::{Acrobot, CartPole, Pendulum, Task};
+use tpg_tasks::task::{Acrobot, CartPole, Pendulum, Task};
 
 /// One line of a trajectory file.
 #[derive(Deserialize)]
@@ -221,7 +221,7 @@ fn pendulum_differs_by_no_more_than_rounding() {
 #[cfg(feature = "mujoco")]
 mod robots {
     use super::*;
-    use tpg_trainer::task::mujoco::{DoublePendulum, HalfCheetah, Hopper, Version};
+    use tpg_tasks::task::mujoco::{DoublePendulum, HalfCheetah, Hopper, Version};
 
     /// Where MuJoCo and the C library are those that made the golden trajectories, and so every bit counts.
     const EXACT: bool = cfg!(all(target_os = "linux", target_arch = "x86_64"));

@@ -54,6 +54,7 @@ fn register_arithmetic_has_one_place() {
     for folder in [
         "runtime/src",
         "runtime/c-api",
+        "runtime/tools",
         "trainer",
         "sim-bridge",
         "tests/src",
@@ -96,7 +97,7 @@ fn planted_faults_are_found() {
             "`libm`",
         ),
         (
-            "trainer/src/eval.rs",
+            "trainer/tasks/src/eval.rs",
             "fn f(x: f32) -> f32 { libm::expf(x) }",
             "`libm`",
         ),
@@ -152,7 +153,7 @@ fn planted_faults_are_found() {
             "second interpreter",
         ),
         (
-            "trainer/src/task/fast.rs",
+            "trainer/tasks/src/task/fast.rs",
             "fn f(op: Op, a: f32, b: f32) -> f32 { match op { Op::Add => math::add(a, b), Op::Sub => math::sub(a, b), \
              Op::Dot => math::dot(a, b), _ => a } }",
             "second interpreter",
@@ -193,7 +194,7 @@ fn planted_faults_are_found() {
         ),
         ("runtime/src/math/x.rs", "fn f(x: f32) -> f32 { x.sin() }"),
         (
-            "trainer/src/task/x.rs",
+            "trainer/tasks/src/task/x.rs",
             "fn f(x: f64) -> f64 { libm::sin(x) }",
         ),
         (

@@ -1,7 +1,7 @@
 //! The report's statistics against SciPy's, as `scripts/statistics-golden.py` wrote them down.
 
 use serde::Deserialize;
-use tpg_trainer::stats::{bootstrap_mean_95, holm, mann_whitney};
+use tpg_tasks::stats::{bootstrap_mean_95, holm, mann_whitney};
 
 #[derive(Deserialize)]
 struct Golden {

@@ -8,7 +8,6 @@ mod preset;
 mod schema;
 
 pub use blueprint::Blueprint;
-pub use layers::{ConfigError, resolve};
-pub(crate) use layers::{leaves, nearest};
+pub use layers::{ConfigError, leaves, nearest, resolve};
 pub use preset::{Preset, presets};
 pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, SelectionParams};

@@ -28,7 +28,7 @@ pub(crate) mod tests {
     use tpg_runtime::isa::Group;
 
     use super::*;
-    use crate::task::ActionSpace;
+    use tpg_tasks::task::ActionSpace;
 
     pub fn genes() -> Genes {
         Genes {

@@ -37,7 +37,7 @@ mod tests {
     use crate::evolve::{
         ActionPrograms, Child, Genes, Population, Shape, TeamId, Variation, select,
     };
-    use crate::task::{ActionSpace, Rng};
+    use tpg_tasks::task::{ActionSpace, Rng};
 
     struct Case {
         groups: &'static [Group],

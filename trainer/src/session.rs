@@ -21,11 +21,11 @@ use tpg_runtime::Policy;
 use tpg_runtime::rng::mix64;
 
 use crate::config::{Blueprint, Config, ConfigError};
-use crate::eval::Pool;
 use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
 use crate::frontend::Learner;
 use crate::lower::{LowerError, Mode, lower};
-use crate::task::Rng;
+use crate::pool::Pool;
+use tpg_tasks::task::Rng;
 
 use provenance::Provenance;
 use race::Race;
@@ -253,8 +253,7 @@ impl Session {
         self.overhead.variation += started.elapsed();
         let mut tally = Tally::default();
         let made = newcomers.len();
-        newcomers.extend(self.rise(pool));
-        pool.record(self.learner.is_some());
+        newcomers.extend(self.rise());
         newcomers.extend(self.elites());
         newcomers.extend(self.tune(pool, &mut tally));
         self.score(pool, &newcomers, &mut tally);
@@ -265,7 +264,7 @@ impl Session {
             .iter()
             .map(|n| self.records[&n.root].score)
             .collect();
-        self.medians = [Some(crate::stats::median(&fresh)), self.medians[0]];
+        self.medians = [Some(tpg_tasks::stats::median(&fresh)), self.medians[0]];
         let mut scores = self.scores();
         let keep = self.blueprint.params.population as usize;
         let protected: Vec<TeamId> = self.tuned().chain(self.race.champion).collect();
@@ -416,7 +415,7 @@ impl Session {
             best: record.score,
             fitness: record.fitness,
             select: self.race.mean(champion),
-            mean: crate::stats::mean(&scores),
+            mean: tpg_tasks::stats::mean(&scores),
             champion: champion.0,
             champion_teams,
             champion_programs,

@@ -10,8 +10,9 @@ use tpg_sim_bridge::{
     BridgeError, ControllerArgs, LinkArgs, Outcome, PaceArgs, Paced, RemoteController, failure,
     status,
 };
-use tpg_trainer::cli::{Failure, ScoreArgs, Status};
-use tpg_trainer::eval::{EvaluationError, evaluate};
+use tpg_tasks::eval::{EvaluationError, evaluate};
+use tpg_tasks::exit_status::{Failure, Status};
+use tpg_tasks::score::ScoreArgs;
 
 /// Simulate a task for a controller in another process.
 ///

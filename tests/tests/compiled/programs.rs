@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tpg_tests::process::{pipe, static_library};
-use tpg_trainer::export::CSource;
+use tpg_tools::export::CSource;
 
 /// A policy as source code, with the sizes that the program around it needs.
 pub struct Compiled {

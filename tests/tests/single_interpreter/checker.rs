@@ -24,15 +24,20 @@ enum Place {
     Outside,
 }
 
+/// Folders of [`Place::Host`].
+const HOST: [&str; 4] = [
+    "trainer/tasks/src/task/",
+    "trainer/tasks/src/stats/",
+    "trainer/src/frontend/",
+    "trainer/src/tune/",
+];
+
 fn place(path: &str) -> Place {
     if path == "runtime/src/math.rs" || path.starts_with("runtime/src/math/") {
         Place::Maths
     } else if path.starts_with("runtime/src/") {
         Place::Runtime
-    } else if ["task/", "stats/", "frontend/", "tune/"]
-        .iter()
-        .any(|folder| path.starts_with(&format!("trainer/src/{folder}")))
-    {
+    } else if HOST.iter().any(|folder| path.starts_with(folder)) {
         Place::Host
     } else {
         Place::Outside

@@ -3,10 +3,10 @@
 use tpg_runtime::Policy;
 use tpg_runtime::isa::{Destination, Group, Op, Operand};
 use tpg_runtime::tables::Section;
+use tpg_tasks::task::Rng;
 use tpg_trainer::config::{Blueprint, Config};
 use tpg_trainer::evolve::{Action, Genes, Instruction, Population, Program, Source, Team};
 use tpg_trainer::lower::{Mode, lower};
-use tpg_trainer::task::Rng;
 
 /// How large the policies are.
 #[derive(Debug, Clone, Copy)]

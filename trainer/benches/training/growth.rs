@@ -4,10 +4,11 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use tpg_runtime::Action;
+use tpg_tasks::eval::Arena;
+use tpg_tasks::task::{Rng, Spec, Step, Task, Terms, Wrappers, create};
 use tpg_trainer::config::Blueprint;
-use tpg_trainer::eval::{Arena, Pool};
+use tpg_trainer::pool::Pool;
 use tpg_trainer::session::{Session, Snapshot};
-use tpg_trainer::task::{Rng, Spec, Step, Task, Terms, Wrappers, create};
 
 use super::config;
 use super::fixture::{self, Size};

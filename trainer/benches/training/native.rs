@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use cpu_time::{ProcessTime, ThreadTime};
 use tpg_runtime::Action;
+use tpg_tasks::task::{ActionSpace, Rng, Task, create};
 use tpg_trainer::session::Session;
-use tpg_trainer::task::{ActionSpace, Rng, Task, create};
 
 use super::{config, median, rate};
 

@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
+use tpg_tasks::eval::{Arena, Domain, episode_seed};
+use tpg_tasks::task::{self, Wrappers};
 use tpg_trainer::config::{Blueprint, Config};
-use tpg_trainer::eval::{Arena, Domain, Pool, episode_seed};
 use tpg_trainer::evolve::Population;
+use tpg_trainer::pool::Pool;
 use tpg_trainer::session::{Session, Snapshot};
-use tpg_trainer::task::{self, Wrappers};
 
 use super::fixture::{self, Size};
 use super::replay::{self, HALF_CHEETAH, HOPPER, Recording, Robot, Tape};

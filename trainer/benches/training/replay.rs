@@ -1,18 +1,21 @@
 //! The steps of a run, taken again: by MuJoCo alone, and by the task without a policy.
 
 use std::convert::Infallible;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use mujoco_rs::prelude::{MjData, MjModel, MjtDisableBit};
 use tpg_runtime::{Action, Reset};
-use tpg_trainer::eval::{Arena, Controller, EpisodeSeeds, Reply};
-use tpg_trainer::task::{Rng, Spec, Step, Task};
+use tpg_tasks::eval::{Arena, Controller, EpisodeSeeds, Reply};
+use tpg_tasks::task::mujoco::MODELS_DIR;
+use tpg_tasks::task::{Rng, Spec, Step, Task};
 
 /// A robot as MuJoCo sees it.
 pub struct Robot {
-    xml: &'static str,
+    /// File of its model.
+    file: &'static str,
     frame_skip: u32,
     /// What MuJoCo is spared beside islands and sensors, as in the task.
     spared: i32,
@@ -22,7 +25,7 @@ pub struct Robot {
 }
 
 pub const HOPPER: Robot = Robot {
-    xml: include_str!(concat!(env!("TPG_MODELS_DIR"), "/hopper.xml")),
+    file: "hopper.xml",
     frame_skip: 4,
     spared: 0,
     first: 1,
@@ -37,7 +40,7 @@ pub const HOPPER: Robot = Robot {
 };
 
 pub const HALF_CHEETAH: Robot = Robot {
-    xml: include_str!(concat!(env!("TPG_MODELS_DIR"), "/half_cheetah.xml")),
+    file: "half_cheetah.xml",
     frame_skip: 5,
     spared: 0,
     first: 1,
@@ -52,10 +55,7 @@ pub const HALF_CHEETAH: Robot = Robot {
 };
 
 pub const DOUBLE_PENDULUM: Robot = Robot {
-    xml: include_str!(concat!(
-        env!("TPG_MODELS_DIR"),
-        "/inverted_double_pendulum.xml"
-    )),
+    file: "inverted_double_pendulum.xml",
     spared: MjtDisableBit::mjDSBL_CONTACT as i32,
     first: 0,
     ..HALF_CHEETAH
@@ -120,7 +120,8 @@ impl Task for Recording {
 
 /// CPU time of `mj_step` over all episodes, resets apart; the states are those of the run.
 pub fn bare(robot: &Robot, tape: &[Recorded]) -> Duration {
-    let mut model = MjModel::from_xml_string(robot.xml).expect("Gymnasium's model");
+    let mut model =
+        MjModel::from_xml(Path::new(MODELS_DIR).join(robot.file)).expect("Gymnasium's model");
     // The options of the tasks.
     model.opt_mut().disableflags |=
         robot.spared | MjtDisableBit::mjDSBL_ISLAND as i32 | MjtDisableBit::mjDSBL_SENSOR as i32;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use tpg_runtime::Action;
-use tpg_trainer::task::{ActionSpace, Rng, Task, create};
+use tpg_tasks::task::{ActionSpace, Rng, Task, create};
 
 use super::replay::{self, DOUBLE_PENDULUM, HALF_CHEETAH, HOPPER, Recording, Robot, Tape};
 use super::{median, rate};

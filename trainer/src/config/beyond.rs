@@ -7,8 +7,8 @@ use super::blueprint::value;
 use super::{Config, ConfigError, SelectionParams};
 use crate::evolve::{ActionPrograms, Initial, linear_ops, memory_ops};
 use crate::lower::Contract;
-use crate::task::ActionSpace;
 use crate::tune::TuningParams;
+use tpg_tasks::task::ActionSpace;
 
 /// Refuses settings that make no sense, or not with this policy.
 pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {

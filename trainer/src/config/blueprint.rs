@@ -6,12 +6,12 @@ use tpg_runtime::tables::Section;
 
 use super::layers::nearest;
 use super::{Config, ConfigError, Curriculum, SelectionParams, beyond, front_end};
-use crate::eval::{Arena, Shaping};
 use crate::evolve::{ActionPrograms, EvolutionParams, Genes, Shape, SizeRange};
 use crate::frontend::{self, FrontEndParams};
 use crate::lower::Contract;
-use crate::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
 use crate::tune::TuningParams;
+use tpg_tasks::eval::{Arena, Shaping};
+use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
 
 /// Everything that a run needs to know, checked.
 #[derive(Debug, Clone, PartialEq)]

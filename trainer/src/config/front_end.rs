@@ -6,7 +6,7 @@ use super::ConfigError;
 use super::blueprint::value;
 use super::layers::nearest;
 use crate::frontend::{Belief, Columns, FrontEndParams};
-use crate::task::Channel;
+use tpg_tasks::task::Channel;
 
 /// Most monomials of a model: a fit takes time with their square and room in each policy.
 const MOST_MONOMIALS: u64 = 700;

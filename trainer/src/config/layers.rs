@@ -72,7 +72,7 @@ pub fn resolve(
         merge(&mut table, &assignment(set)?, "")?;
     }
     let mut config = Config::try_from(Value::Table(table))?;
-    config.task = crate::task::locate(&config.task);
+    config.task = tpg_tasks::task::locate(&config.task);
     Ok(config)
 }
 
@@ -134,7 +134,7 @@ fn merge(base: &mut Table, layer: &Table, path: &str) -> Result<(), ConfigError>
 }
 
 /// Every value of a table with the path of its key.
-pub(crate) fn leaves<'a>(
+pub fn leaves<'a>(
     table: impl IntoIterator<Item = (&'a String, &'a Value)>,
     path: &str,
 ) -> Vec<(String, &'a Value)> {
@@ -154,7 +154,7 @@ pub(crate) fn leaves<'a>(
 }
 
 /// The candidate that is spelled most like `name`; empty without candidates.
-pub(crate) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
+pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
     candidates
         .map(|c| (strsim::jaro_winkler(name, c), c))
         .max_by(|a, b| a.0.total_cmp(&b.0))

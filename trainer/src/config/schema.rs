@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::WriteDistribution;
 
 use crate::defaults::is_default;
-use crate::eval::Shaping;
 use crate::evolve::{ActionPrograms, EvolutionParams};
 use crate::frontend::FrontEndParams;
 use crate::tune::TuningParams;
+use tpg_tasks::eval::Shaping;
 
 /// A complete configuration; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use tpg_runtime::blob::ResetScope;
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
 
-use crate::task::{ActionSpace, Rng};
+use tpg_tasks::task::{ActionSpace, Rng};
 
 /// Names a team for the length of a run; larger is younger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use tpg_runtime::isa::{Destination, Op, Operand, REGISTERS};
 use tpg_runtime::tables::Section;
 
 use super::{Genes, Instruction, Population, Program, Source, Team};
-use crate::task::Rng;
+use tpg_tasks::task::Rng;
 
 /// Clones a program of the team, with fresh bid constants, behind its last member; says whether it could.
 ///

@@ -9,7 +9,7 @@ use super::{
     Action, Genes, Initial, Instruction, Population, Program, ResetRule, Shape, Source, Team,
     TeamId,
 };
-use crate::task::Rng;
+use tpg_tasks::task::Rng;
 
 /// Register of the gains on the observation; also that of the outputs.
 const GAINS: u8 = 1;
@@ -122,7 +122,7 @@ mod tests {
 
     use super::*;
     use crate::evolve::ActionPrograms;
-    use crate::task::ActionSpace;
+    use tpg_tasks::task::ActionSpace;
 
     #[test]
     fn it_uses_none_but_the_operations_that_it_says_it_needs() {

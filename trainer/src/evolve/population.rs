@@ -9,7 +9,7 @@ use super::{
     Action, ActionPrograms, EvolutionParams, Genes, Initial, Program, ProgramId, ResetRule, Shape,
     SizeRange, Team, TeamId,
 };
-use crate::task::Rng;
+use tpg_tasks::task::Rng;
 
 /// Roots, and all teams and programs that they can reach.
 ///

@@ -77,7 +77,7 @@ fn rewrite_program(
 mod tests {
     use super::super::tests::{genes, params};
     use super::*;
-    use crate::task::Rng;
+    use tpg_tasks::task::Rng;
 
     #[test]
     fn what_leads_to_something_new_is_new_and_the_rest_is_shared() {

@@ -7,7 +7,7 @@ use super::{
     Action, ActionPrograms, EvolutionParams, Genes, Instruction, Population, Program, ProgramId,
     ResetRule, Team, TeamId, grow, rank, remember,
 };
-use crate::task::Rng;
+use tpg_tasks::task::Rng;
 
 /// How often a crossover child without an exit, or equal to a parent, is made again before a clone takes its place.
 const ATTEMPTS: u32 = 100;
@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn every_output_keeps_a_program() {
         let mut genes = genes();
-        genes.shape.actions = crate::task::ActionSpace::Continuous {
+        genes.shape.actions = tpg_tasks::task::ActionSpace::Continuous {
             len: 3,
             low: -1.0,
             high: 1.0,

@@ -108,7 +108,7 @@ fn dispensable(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::Rng;
+    use tpg_tasks::task::Rng;
 
     /// A pendulum's angle by sine and cosine near the upright, its speed, its track's position and a sensor of noise: the cosine
     /// and the noise go, the position stays though nothing depends on it.

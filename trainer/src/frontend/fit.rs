@@ -265,7 +265,7 @@ impl Normal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::Rng;
+    use tpg_tasks::task::Rng;
 
     #[test]
     fn monomials_stand_in_the_runtimes_order() {

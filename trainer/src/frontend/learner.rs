@@ -9,7 +9,7 @@ use super::fit::Pairs;
 use super::perception::Model;
 use super::record::action_variables;
 use super::{Belief, FrontEndParams, Moments, Others, Perception, Recording, choose};
-use crate::task::ActionSpace;
+use tpg_tasks::task::ActionSpace;
 
 /// Share of the kept pairs that one generation may replace: what is kept spans several.
 const SHARE_OF_A_GENERATION: usize = 4;
@@ -172,7 +172,7 @@ impl Learner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::Rng;
+    use tpg_tasks::task::Rng;
 
     /// What a model leaves out is perceived as zero, also where it is seen; before there is a model, all is perceived.
     #[test]

@@ -1,9 +1,10 @@
 //! What an episode showed its policy, kept for learning.
 
-use tpg_runtime::{Action, math};
+use tpg_runtime::{Action, Reset, math};
 
 use super::Moments;
-use crate::task::ActionSpace;
+use tpg_tasks::eval::{Controller, Reply};
+use tpg_tasks::task::ActionSpace;
 
 /// What one episode showed: the moments of its visible observations, and the pairs of consecutive ones.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +85,34 @@ impl Recorder {
             moments: self.moments.clone(),
             pairs: self.pairs.as_slice().into(),
         }
+    }
+}
+
+/// A controller whose episodes are recorded.
+#[derive(Debug)]
+pub struct Recorded<'r, C> {
+    /// Decides.
+    pub inner: C,
+    /// Watches.
+    pub recorder: &'r mut Recorder,
+}
+
+impl<C: Controller> Controller for Recorded<'_, C> {
+    type Error = C::Error;
+
+    fn seed_wrappers(&mut self, wrapper_seed: u64) {
+        self.inner.seed_wrappers(wrapper_seed);
+    }
+
+    fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), C::Error> {
+        self.recorder.begin();
+        self.inner.reset(what, agent_seed)
+    }
+
+    fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, C::Error> {
+        let reply = self.inner.decide(observation)?;
+        self.recorder.see(observation, reply.action);
+        Ok(reply)
     }
 }
 

@@ -13,7 +13,7 @@ use super::emit::{LowerError, limit, small};
 use super::liveness::{Graph, Kept};
 use crate::evolve::{ActionPrograms, ResetRule, Shape};
 use crate::frontend::Perception;
-use crate::task::ActionSpace;
+use tpg_tasks::task::ActionSpace;
 
 /// What a blob says apart from the graph: the policy's contract with its plant.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,16 +1,22 @@
 //! Blackouts that become as frequent as the task says while training goes on.
 
 use super::{Newcomer, Race, Session};
-use crate::eval::Pool;
+use tpg_tasks::eval::Conditions;
 
 impl Session {
-    /// Sets how frequent blackouts are in this generation's training, and how long its episodes. Where a stage begins, what was scored in an easier
-    /// one is comparable no more: it is forgotten, and all who had a score are to be scored again.
-    pub(super) fn rise(&mut self, pool: &mut Pool) -> Vec<Newcomer> {
-        let curriculum = self.blueprint.curriculum;
-        let stage = curriculum.stage(self.steps);
-        pool.ease(stage, curriculum.stages);
-        pool.shorten(self.blueprint.max_steps);
+    /// In what this generation's training is easier than the task.
+    pub(super) fn training_conditions(&self) -> Conditions {
+        Conditions {
+            stage: self.stage,
+            stages: self.blueprint.curriculum.stages,
+            max_steps: self.blueprint.max_steps,
+        }
+    }
+
+    /// Enters the stage of the curriculum that is due. Scores of an easier stage cannot be compared with those of this
+    /// one: where a stage begins they are forgotten, and all who had one are returned, to be scored again.
+    pub(super) fn rise(&mut self) -> Vec<Newcomer> {
+        let stage = self.blueprint.curriculum.stage(self.steps);
         if stage == std::mem::replace(&mut self.stage, stage) {
             return Vec::new();
         }

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use super::Session;
 use crate::config::Blueprint;
-use crate::eval::Pool;
 use crate::frontend::Learner;
 use crate::lower::Contract;
+use crate::pool::Pool;
 
 /// The learner of a run that has just begun.
 pub(super) fn learner(blueprint: &Blueprint) -> Option<Learner> {
@@ -28,10 +28,9 @@ impl Session {
         }
     }
 
-    /// Learns from what this generation's training showed, for the next one; ends recording.
+    /// Learns from what this generation's training showed, for the next one.
     pub(super) fn learn(&mut self, pool: &mut Pool) {
         let recordings = pool.take_recordings();
-        pool.record(false);
         let actions = self.blueprint.contract.shape.actions;
         if let Some(learner) = &mut self.learner {
             learner.learn(

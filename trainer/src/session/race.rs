@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{Session, Tally};
-use crate::eval::{Domain, Line, Pool, episode_seed};
 use crate::evolve::TeamId;
 use crate::lower::Mode;
-use crate::stats::{mean, standard_deviation};
+use crate::pool::{Batch, Pool};
+use tpg_tasks::eval::{Conditions, Domain, episode_seed};
+use tpg_tasks::stats::{mean, standard_deviation};
 
 /// Standard errors by which one must lie behind the leader to leave a race.
 const BEATEN: f64 = 2.0;
@@ -70,9 +71,6 @@ impl Session {
         if params.candidates == 0 || !(due || self.race.champion.is_none()) {
             return;
         }
-        // Whatever training is spared, champions are chosen at the task itself.
-        pool.ease(1, 1);
-        pool.shorten(0);
         let mut runners: Vec<TeamId> = self.race.champion.into_iter().collect();
         let best = self.ranking().into_iter().map(|(root, _)| root);
         for root in self.tuned().chain(best.take(params.candidates as usize)) {
@@ -113,12 +111,15 @@ impl Session {
             self.export(root, generation, None, Mode::Compact).ok()
         };
         let expected: Vec<f64> = fresh.iter().map(|r| self.records[r].steps_mean).collect();
-        let results = pool.score(&Line {
+        let results = pool.score(&Batch {
             expected: &expected,
             make: &make,
             episodes: seeds.len(),
             episode_seeds: &seeds,
             split: self.split(),
+            // Champions are chosen at the task itself, whatever training is spared.
+            conditions: Conditions::default(),
+            record: false,
         });
         for (root, episodes) in fresh.into_iter().zip(results) {
             let Some(episodes) = episodes else { continue };

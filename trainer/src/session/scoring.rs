@@ -6,9 +6,10 @@ use tpg_runtime::Policy;
 use tpg_runtime::blob::ResetScope;
 
 use super::{Record, Session};
-use crate::eval::{Domain, Episode, Line, Pool, Split, episode_seed};
 use crate::evolve::TeamId;
 use crate::lower::Mode;
+use crate::pool::{Batch, Pool, Split};
+use tpg_tasks::eval::{Domain, Episode, episode_seed};
 
 /// A root that is to be scored.
 pub(super) struct Newcomer {
@@ -38,7 +39,7 @@ impl Tally {
         let instructions: u64 = episodes.iter().map(|e| e.instructions).sum();
         let mean_of = |value: fn(&Episode) -> f64| {
             let values: Vec<f64> = episodes.iter().map(value).collect();
-            crate::stats::mean(&values)
+            tpg_tasks::stats::mean(&values)
         };
         let mean = mean_of(|e| e.total);
         self.steps += steps;
@@ -128,12 +129,14 @@ impl Session {
             let generation = record.map_or(self.generation, |r| r.generation);
             self.export(root, generation, None, Mode::Compact).ok()
         };
-        let results = pool.score(&Line {
+        let results = pool.score(&Batch {
             expected: &expected,
             make: &make,
             episodes: seeds.len(),
             episode_seeds: seeds,
             split: self.split(),
+            conditions: self.training_conditions(),
+            record: self.learner.is_some(),
         });
         for (newcomer, episodes) in newcomers.iter().zip(results) {
             let record = tally.add(episodes.as_deref(), self.generation, None);
@@ -161,7 +164,10 @@ impl Session {
                 .export(*root, self.generation, found.as_deref(), Mode::Compact)
                 .ok();
             let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
-            let result = policy.and_then(|policy| pool.score_alone(policy, seeds).ok());
+            let result = policy.and_then(|policy| {
+                let (conditions, record) = (self.training_conditions(), self.learner.is_some());
+                pool.score_alone(policy, seeds, conditions, record).ok()
+            });
             let (episodes, memory) = result.unzip();
             if let Some(memory) = memory {
                 self.memory = Some(memory.into());

@@ -7,7 +7,7 @@ use super::{Session, Tally};
 use crate::config::{Preset, resolve};
 use crate::evolve::{ResetRule, TeamId};
 use crate::lower::Mode;
-use crate::task::Rng;
+use tpg_tasks::task::Rng;
 
 fn session(preset: &str) -> Session {
     session_with(preset, &[])

@@ -5,12 +5,13 @@ use tpg_runtime::blob::Blob;
 use tpg_runtime::rng::mix64;
 
 use super::{Newcomer, Session, Tally};
-use crate::eval::{Domain, Episode, Line, Pool, episode_seed};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
-use crate::stats::mean;
-use crate::task::Rng;
+use crate::pool::{Batch, Pool};
 use crate::tune::{RecentMean, Search, Trial};
+use tpg_tasks::eval::{Domain, Episode, episode_seed};
+use tpg_tasks::stats::mean;
+use tpg_tasks::task::Rng;
 
 /// Marks the random stream of tuning among those that derive from a run's seed.
 const TUNING_STREAM: u64 = 5;
@@ -277,12 +278,14 @@ impl Session {
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
             .collect();
         let make = |trial: usize| tunable.blob(&search.constants(trial));
-        let results = pool.score(&Line {
+        let results = pool.score(&Batch {
             expected: &vec![0.0; 2 * directions],
             make: &make,
             episodes,
             episode_seeds: &seeds,
             split: self.split(),
+            conditions: self.training_conditions(),
+            record: self.learner.is_some(),
         });
         let fitness: Vec<f64> = results
             .iter()

@@ -1,7 +1,7 @@
 //! Augmented random search, version V1-t: the best of some antithetic directions, a step in units of the scores' spread.
 
 use super::TuningParams;
-use crate::task::Rng;
+use tpg_tasks::task::Rng;
 
 /// One iteration: directions drawn, trials to be scored.
 pub struct Search<'a> {
@@ -70,7 +70,7 @@ impl<'a> Search<'a> {
             .iter()
             .flat_map(|(trial, _)| [trial.forwards, trial.backwards])
             .collect();
-        let spread = crate::stats::standard_deviation(&scores);
+        let spread = tpg_tasks::stats::standard_deviation(&scores);
         let mut constants = self.base.to_vec();
         if spread <= 0.0 {
             return constants;

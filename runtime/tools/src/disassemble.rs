@@ -1,0 +1,93 @@
+//! Policies in readable form: text for programs, DOT for the graph.
+
+mod graph;
+mod names;
+
+use std::fmt::{self, Write as _};
+
+use tpg_runtime::Policy;
+use tpg_runtime::blob::ActionKind;
+use tpg_runtime::isa::{Op, Operand};
+use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, TeamId};
+
+pub use graph::{dot, svg};
+pub use names::inputs_used;
+
+use names::Names;
+
+/// Every team and program of a policy as text, in the notation of [`Op::notation`].
+#[must_use]
+pub fn disassemble(policy: &Policy<'_>) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_policy(&mut text, policy);
+    text
+}
+
+fn write_policy(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
+    let tables = policy.tables();
+    for (number, team) in
+        (0..policy.header().teams).filter_map(|k| Some((k, tables.team(TeamId(k))?)))
+    {
+        let root = if number == 0 { " (root)" } else { "" };
+        let members: Vec<String> = tables.members(&team).map(|p| p.0.to_string()).collect();
+        writeln!(out, "team {number}{root}: programs {}", members.join(", "))?;
+    }
+    for number in 0..policy.header().programs {
+        let Some(program) = tables.program(ProgramId(number)) else {
+            continue;
+        };
+        let names = Names::new(policy, &program);
+        writeln!(
+            out,
+            "\nprogram {number} -> {}",
+            target(policy, &program, &names)
+        )?;
+        let used = inputs_used(policy, tables.code(&program));
+        if !used.is_empty() {
+            writeln!(out, "  ; inputs {}", used.join(", "))?;
+        }
+        let code = tables.code(&program).iter();
+        for instruction in code.filter_map(Instruction::from_bytes) {
+            writeln!(out, "  {}", notation(&instruction, &names))?;
+        }
+        writeln!(out, "  bid s0")?;
+    }
+    Ok(())
+}
+
+/// Where a program leads, with the registers that hold a continuous action.
+fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
+    match program.target {
+        Target::Team(TeamId(team)) => format!("team {team}"),
+        Target::Atomic(action) => {
+            let register = |kind| names.operand(kind, program.output);
+            match policy.header().action_kind {
+                ActionKind::Discrete => format!("action {action}"),
+                ActionKind::Continuous if policy.header().actions == 1 => {
+                    format!("action {}", register(Operand::S))
+                }
+                ActionKind::Continuous => format!("action {}", register(Operand::V)),
+                ActionKind::Each => {
+                    format!("{} {}", output_name(policy, action), register(Operand::S))
+                }
+            }
+        }
+    }
+}
+
+/// Number and name of an output that has programs of its own.
+fn output_name(policy: &Policy<'_>, output: u16) -> String {
+    let label = policy.outputs().nth(output.into());
+    let (name, _) = label.unwrap_or_default();
+    format!("output {output} ({name})")
+}
+
+fn notation(instruction: &Instruction, names: &Names<'_>) -> String {
+    let Instruction { op, d, a, b } = *instruction;
+    let [kind_a, kind_b] = Op::operands(op);
+    op.notation()
+        .replace("{d}", &names.destination(op.destination(), d))
+        .replace("{a}", &names.operand(kind_a, a))
+        .replace("{b}", &names.operand(kind_b, b))
+}

@@ -1,0 +1,127 @@
+//! What a program's state offsets are called.
+
+use std::collections::BTreeSet;
+
+use tpg_runtime::Policy;
+use tpg_runtime::isa::{CellName, Destination, Operand};
+use tpg_runtime::tables::{Instruction, Program};
+
+/// Names operands by the layout of one program's registers.
+pub(super) struct Names<'p> {
+    policy: &'p Policy<'p>,
+    width: usize,
+    inputs: usize,
+    window: usize,
+    /// First words of scalars, vectors and matrices.
+    starts: [usize; 3],
+}
+
+impl<'p> Names<'p> {
+    pub(super) fn new(policy: &'p Policy<'p>, program: &Program) -> Self {
+        let header = policy.header();
+        let width = usize::from(header.width);
+        let [scalars, vectors, _] = program.registers.map(usize::from);
+        let start = usize::from(program.state_start);
+        let vectors_start = start + scalars;
+        Names {
+            policy,
+            width,
+            inputs: usize::from(header.observation_len),
+            window: usize::from(header.window),
+            starts: [start, vectors_start, vectors_start + vectors * width],
+        }
+    }
+
+    pub(super) fn destination(&self, kind: Destination, at: u16) -> String {
+        let at = usize::from(at);
+        match kind {
+            Destination::None => String::new(),
+            Destination::S | Destination::SUpdate => self.scalar(at),
+            Destination::V => self.vector(at),
+            Destination::M => self.matrix(at),
+        }
+    }
+
+    pub(super) fn operand(&self, kind: Operand, field: u16) -> String {
+        let at = usize::from(field);
+        let [_, vectors, matrices] = self.starts;
+        match kind {
+            Operand::None => String::new(),
+            Operand::VectorIndex | Operand::MatrixIndex => at.to_string(),
+            Operand::ScalarSlot => format!("sm{at}"),
+            Operand::VectorSlot => format!("vm{at}"),
+            Operand::MatrixSlot => format!("mm{at}"),
+            Operand::Cell => self.cell(at),
+            Operand::V | Operand::M if at < self.window => format!("obs({})", at % self.inputs),
+            _ if at < self.window => format!("obs[{}]", at % self.inputs),
+            Operand::S => self.scalar(at),
+            Operand::SOrVElement if at < vectors => self.scalar(at),
+            Operand::V => self.vector(at),
+            Operand::M => self.matrix(at),
+            Operand::VElement | Operand::SOrVElement => element('v', at - vectors, self.width),
+            Operand::MElement => element('m', at - matrices, self.width * self.width),
+        }
+    }
+
+    fn scalar(&self, at: usize) -> String {
+        format!("s{}", at - self.starts[0])
+    }
+
+    fn vector(&self, at: usize) -> String {
+        format!("v{}", (at - self.starts[1]) / self.width)
+    }
+
+    fn matrix(&self, at: usize) -> String {
+        format!("m{}", (at - self.starts[2]) / (self.width * self.width))
+    }
+
+    /// Kept cells lie at the end of the state.
+    fn cell(&self, at: usize) -> String {
+        let cells = self.policy.tables().cells;
+        let start = self.policy.header().words as usize - cells.len();
+        CellName(u16::from_le_bytes(cells[at - start])).to_string()
+    }
+}
+
+fn element(kind: char, offset: usize, len: usize) -> String {
+    format!("{kind}{}[{}]", offset / len, offset % len)
+}
+
+/// Names of the inputs that some instruction or the front end's model reads, in the order of the observation; not those that a
+/// scale of 0 keeps from being perceived.
+#[must_use]
+pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Vec<String> {
+    let header = policy.header();
+    let (inputs, window) = (
+        usize::from(header.observation_len),
+        usize::from(header.window),
+    );
+    let width = usize::from(header.width);
+    let mut used = BTreeSet::new();
+    for instruction in code.iter().filter_map(Instruction::from_bytes) {
+        let operands = instruction.op.operands();
+        for (kind, at) in operands.into_iter().zip([instruction.a, instruction.b]) {
+            let len = match kind {
+                Operand::S | Operand::VElement | Operand::MElement | Operand::SOrVElement => 1,
+                Operand::V => width,
+                Operand::M => width * width,
+                _ => continue,
+            };
+            let at = usize::from(at);
+            if at < window {
+                used.extend((at..at + len).map(|k| k % inputs));
+            }
+        }
+    }
+    if let Some(front_end) = policy.front_end() {
+        let columns = front_end.columns.iter();
+        used.extend(columns.map(|c| usize::from(u16::from_le_bytes(*c))));
+        used.retain(|k| f32::from_le_bytes(front_end.scales[*k]).abs() > 0.0);
+    }
+    policy
+        .inputs()
+        .enumerate()
+        .filter(|(k, _)| used.contains(k))
+        .map(|(_, (name, _))| name.to_owned())
+        .collect()
+}

@@ -1,0 +1,110 @@
+//! `tpg eval`
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use tpg_runtime::{HostAgent, Policy};
+
+use tpg_tasks::eval::{Arena, ConstantController, Episode, RandomController, evaluate};
+use tpg_tasks::exit_status::{Failure, Fault as _, Status};
+use tpg_tasks::score::{ScoreArgs, Setup, print_json};
+use tpg_tasks::stats;
+use tpg_tasks::task::stack_text;
+use tpg_tasks::trace::{Header, Recording};
+
+/// Arguments of `tpg eval`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    score: ScoreArgs,
+    /// Score the zero and the random policy on the same episodes too.
+    #[arg(long)]
+    baselines: bool,
+    /// Record every decision to a file, for `tpg replay`.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: Args) -> Result<Status, Failure> {
+    let setup = args.score.resolve()?;
+    let policy = Policy::load(&setup.blob)?;
+    let mut agent = Box::new(
+        HostAgent::new(policy).or_bad_input(format!("cannot run {}", setup.file.display()))?,
+    );
+    let mut arena = setup.arena()?;
+    let episodes = match &args.trace {
+        Some(file) => record(&setup, &mut arena, agent, file)?,
+        None => {
+            let mut controller = setup.disturbed(&arena, &mut *agent)?;
+            evaluate(&mut arena, &mut controller, setup.episode_seeds())?
+        }
+    };
+    let report = setup.report(&episodes);
+    let baselines = if args.baselines {
+        baselines(&setup)?
+    } else {
+        Vec::new()
+    };
+    if setup.json {
+        let mut value = serde_json::to_value(&report)?;
+        for (name, returns) in &baselines {
+            value[format!("{name}_mean")] = stats::mean(returns).into();
+            value[format!("{name}_mean_ci95")] = stats::bootstrap_mean_95(returns).to_vec().into();
+        }
+        print_json(&value)?;
+    } else {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{report}")?;
+        for (name, returns) in &baselines {
+            let [low, high] = stats::bootstrap_mean_95(returns);
+            let name = format!("{name} policy");
+            writeln!(
+                out,
+                "{name:<14} {:.2} [{low:.2}, {high:.2}]",
+                stats::mean(returns)
+            )?;
+        }
+        if !baselines.is_empty() {
+            writeln!(
+                out,
+                "intervals      95 %, bootstrap; all on the same episodes"
+            )?;
+        }
+    }
+    Ok(Status::Fine)
+}
+
+/// Scores the policy and records its decisions.
+fn record(
+    setup: &Setup,
+    arena: &mut Arena,
+    agent: Box<HostAgent<'_>>,
+    path: &Path,
+) -> Result<Vec<Episode>, Failure> {
+    let header = Header::new(
+        &setup.blob,
+        &setup.task,
+        stack_text(&setup.observability),
+        setup.seed,
+        setup.episodes,
+    );
+    let file = File::create(path).or_usage(format!("cannot create {}", path.display()))?;
+    let mut recording = Recording::new(agent, header, BufWriter::new(file))?;
+    let mut controller = setup.disturbed(arena, &mut recording)?;
+    let episodes = evaluate(arena, &mut controller, setup.episode_seeds())?;
+    recording.finish()?;
+    Ok(episodes)
+}
+
+/// Returns of policies that know nothing, on the same episodes.
+fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
+    let mut arena = setup.arena()?;
+    let actions = arena.task().spec().actions;
+    let returns = |episodes: Vec<Episode>| episodes.iter().map(|e| e.total).collect();
+    let mut zero = setup.disturbed(&arena, ConstantController::zero(actions))?;
+    let zero = evaluate(&mut arena, &mut zero, setup.episode_seeds())?;
+    let mut random = setup.disturbed(&arena, RandomController::new(actions))?;
+    let random = evaluate(&mut arena, &mut random, setup.episode_seeds())?;
+    Ok(vec![("zero", returns(zero)), ("random", returns(random))])
+}

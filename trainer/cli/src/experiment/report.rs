@@ -1,0 +1,29 @@
+//! `tpg experiment report`
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use tpg_experiments::report::{self, ReportError};
+use tpg_tasks::exit_status::{Failure, Status};
+
+/// Arguments of `tpg experiment report`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  tpg experiment report docs/experiments/chapter-2-reduced")]
+pub(crate) struct Args {
+    /// Folder of the results, as `tpg experiment run` made it; the report goes to DIR/report.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
+    let summary = report::write(&args.folder).map_err(|error| match error {
+        ReportError::Write { .. } | ReportError::Defect { .. } => error.into(),
+        error => Failure::bad_input(error),
+    })?;
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", summary.runs)?;
+    for file in summary.files {
+        writeln!(out, "{}", file.display())?;
+    }
+    Ok(Status::Fine)
+}

@@ -1,0 +1,49 @@
+//! `tpg hil` and `tpg update`: external subcommands, so that the trainer need not depend on the bridge.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::Command;
+
+use tpg_tasks::exit_status::{Failure, Status};
+
+/// Arguments of an external subcommand, handed on as they are.
+#[derive(Debug, clap::Args)]
+#[command(disable_help_flag = true)]
+pub(crate) struct Args {
+    /// Its arguments; `--help` lists them.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    arguments: Vec<OsString>,
+}
+
+/// Runs a program of the bridge from beside this executable, else from the search path.
+pub(crate) fn run(name: &str, args: &Args) -> Result<Status, Failure> {
+    let beside = std::env::current_exe()?.with_file_name(name);
+    let program = if beside.is_file() {
+        beside
+    } else {
+        PathBuf::from(name)
+    };
+    let error = replace(Command::new(&program).args(&args.arguments));
+    Err(Failure::usage(anyhow::Error::from(error).context(format!(
+        "cannot start {name}, which is neither beside this executable nor on the search path; \
+         build it with `cargo build --release -p tpg-sim-bridge`"
+    ))))
+}
+
+/// Becomes the command; returns only if it cannot be started.
+///
+/// As one process, it alone answers to Ctrl-C, and has cleared up when the shell goes on.
+#[cfg(unix)]
+fn replace(command: &mut Command) -> std::io::Error {
+    use std::os::unix::process::CommandExt as _;
+    command.exec()
+}
+
+/// Runs the command and ends with its status; returns only if it cannot be started.
+#[cfg(not(unix))]
+fn replace(command: &mut Command) -> std::io::Error {
+    match command.status() {
+        Ok(status) => std::process::exit(status.code().unwrap_or(Status::OurFault as i32)),
+        Err(error) => error,
+    }
+}

@@ -1,0 +1,74 @@
+//! The command `tpg`: its verbs, one file each, and what they share.
+
+mod eval;
+mod experiment;
+mod export;
+mod external;
+mod footprint;
+mod inspect;
+mod interrupt;
+mod presets;
+mod progress;
+mod replay;
+mod train;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Evolve Tangled Program Graphs, score them, run them in the loop.
+#[derive(Debug, Parser)]
+#[command(
+    name = "tpg",
+    version,
+    after_help = "Exit status: 0 fine, 1 our fault, 2 usage or configuration, 3 bad input file, \
+                  4 peer or simulator failed, 130 interrupted with a checkpoint.\n\n\
+                  A first run: tpg train cartpole-sr-sm --generations 20 --out runs/first"
+)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Evolve a population; writes champion, log, checkpoint and configuration to a folder.
+    Train(train::Args),
+    /// Score an exported policy on test episodes.
+    Eval(eval::Args),
+    /// Score a policy in the loop: simulator and controller as two processes.
+    Hil(external::Args),
+    /// Give a board a new policy over its serial line, without flashing it anew.
+    Update(external::Args),
+    /// Say what an exported policy contains and needs.
+    Inspect(inspect::Args),
+    /// Write a policy as source code, in Rust or C, that decides alike.
+    Export(export::Args),
+    /// Build firmware for a policy, run it on an emulated board and say what it takes.
+    Footprint(footprint::Args),
+    /// Compare variants over tasks and seeds, as an experiment's file describes.
+    Experiment(experiment::Args),
+    /// Decide again what a trace recorded and name the first decision that differs.
+    Replay(replay::Args),
+    /// List the presets that `tpg train` knows.
+    Presets(presets::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().verb {
+        Verb::Train(args) => train::run(args),
+        Verb::Eval(args) => eval::run(args),
+        Verb::Hil(args) => external::run("tpg-hil", &args),
+        Verb::Update(args) => external::run("tpg-update", &args),
+        Verb::Inspect(args) => inspect::run(&args),
+        Verb::Export(args) => export::run(&args),
+        Verb::Footprint(args) => footprint::run(&args),
+        Verb::Experiment(args) => experiment::run(&args),
+        Verb::Replay(args) => replay::run(&args),
+        Verb::Presets(args) => presets::run(&args),
+    };
+    match result {
+        Ok(status) => status.into(),
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,0 +1,147 @@
+//! `tpg train`
+
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use super::progress::Progress;
+use crate::interrupt::stop_on_signal;
+use tpg_tasks::exit_status::{Failure, Fault as _, Status};
+use tpg_tasks::task::locate;
+use tpg_trainer::config::{Preset, resolve};
+use tpg_trainer::run_folder::RunFolder;
+use tpg_trainer::session::{Budget, Session, train};
+
+/// Generations of a run that names no budget.
+const DEFAULT_GENERATIONS: u64 = 100;
+
+/// Arguments of `tpg train`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    tpg train hopper-sr-sm-b23 --seed 1 --minutes 10 --out runs/hopper\n  \
+    tpg train --resume runs/hopper --minutes 20\n  \
+    tpg train cartpole-sr-sm --set evolution.population=100 --generations 50 --out runs/small\n  \
+    tpg train sr-sm-b23 --task docs/examples/crane/crane.toml --minutes 5 --out runs/crane")]
+pub(crate) struct Args {
+    /// Preset, see `tpg presets`; with --task also its variant alone, such as sr-sm or sl-b13.
+    #[arg(required_unless_present = "resume", conflicts_with = "resume")]
+    preset: Option<String>,
+    /// Seed of the run; one seed fixes the result for any number of threads.
+    #[arg(long, value_name = "N", conflicts_with = "resume")]
+    seed: Option<u64>,
+    /// Threads that score, by default one for each core.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Train until this many generations are complete.
+    #[arg(long, value_name = "N", group = "budget")]
+    generations: Option<u64>,
+    /// Train to the end of the generation that reaches this many environment steps.
+    #[arg(long, value_name = "N", group = "budget")]
+    steps: Option<u64>,
+    /// Train to the end of the generation that reaches this many minutes of training.
+    #[arg(long, value_name = "M", group = "budget", value_parser = positive_minutes)]
+    minutes: Option<f64>,
+    /// Task in place of the preset's: its name, or the path of the TOML file that describes it.
+    #[arg(long, value_name = "TASK", conflicts_with = "resume")]
+    task: Option<String>,
+    /// Override a key of the configuration, such as evolution.population=200; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "resume")]
+    sets: Vec<String>,
+    /// TOML file whose keys override the preset's.
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    config: Option<PathBuf>,
+    /// Folder for champion, log, checkpoint and configuration; must not hold a run yet.
+    #[arg(
+        long,
+        value_name = "DIR",
+        required_unless_present = "resume",
+        conflicts_with = "resume"
+    )]
+    out: Option<PathBuf>,
+    /// Go on with the run in this folder; budgets count from its very start.
+    #[arg(long, value_name = "DIR")]
+    resume: Option<PathBuf>,
+}
+
+fn positive_minutes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(minutes) if minutes > 0.0 && minutes.is_finite() => Ok(minutes),
+        _ => Err("must be a positive number of minutes".into()),
+    }
+}
+
+impl Args {
+    fn budget(&self) -> Option<Budget> {
+        self.generations
+            .map(Budget::Generations)
+            .or(self.steps.map(Budget::Steps))
+            .or(self.minutes.map(Budget::Minutes))
+    }
+
+    /// The session to begin or to go on with, its folder, and its budget.
+    fn open(&self) -> Result<(Session, RunFolder, Budget), Failure> {
+        if let Some(folder) = &self.resume {
+            let (folder, session, recorded) = RunFolder::open(folder).map_err(Failure::of)?;
+            let budget = self.budget().unwrap_or(recorded);
+            return Ok((session, folder, budget));
+        }
+        let (Some(name), Some(out)) = (&self.preset, &self.out) else {
+            return Err(Failure::usage(anyhow::anyhow!(
+                "a preset and --out are needed"
+            )));
+        };
+        let preset = Preset::find(name).or_usage("bad preset")?;
+        let file = match &self.config {
+            Some(path) => {
+                let shown = path.display();
+                Some(std::fs::read_to_string(path).or_bad_input(format!("cannot read {shown}"))?)
+            }
+            None => None,
+        };
+        let mut config =
+            resolve(&preset, file.as_deref(), &self.sets).or_usage("bad configuration")?;
+        if let Some(task) = &self.task {
+            config.task = locate(task);
+        }
+        let session = Session::new(config, self.seed.unwrap_or(0)).or_usage("bad configuration")?;
+        let budget = self
+            .budget()
+            .unwrap_or(Budget::Generations(DEFAULT_GENERATIONS));
+        let folder = RunFolder::create(out, &session, name, budget).map_err(Failure::of)?;
+        Ok((session, folder, budget))
+    }
+}
+
+pub(crate) fn run(args: Args) -> Result<Status, Failure> {
+    let (mut session, mut folder, budget) = args.open()?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.threads.map_or(cores, usize::from);
+    let mut pool = session.pool(threads).or_usage("bad configuration")?;
+    let stop = stop_on_signal()?;
+    let mut progress = Progress::new(budget, &session);
+    let result = train(&mut session, &mut pool, budget, &stop, |session, report| {
+        progress.show(session, report);
+        folder.record(session, report)
+    });
+    progress.finish();
+    result.map_err(Failure::of)?;
+    folder.finish(&session).map_err(Failure::of)?;
+    if let Some((_, record)) = session.champion() {
+        eprintln!(
+            "{} after {} generations, {} steps: training score {:.2}; \
+             the mean over fresh episodes is lower: tpg eval {}",
+            folder.champion().display(),
+            session.generation(),
+            session.steps(),
+            record.score,
+            folder.champion().display(),
+        );
+    }
+    if stop.load(Ordering::Relaxed) {
+        eprintln!(
+            "interrupted; go on with: tpg train --resume {}",
+            folder.path().display()
+        );
+        return Ok(Status::Interrupted);
+    }
+    Ok(Status::Fine)
+}

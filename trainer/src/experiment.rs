@@ -1,7 +1,0 @@
-//! Experiments: the same comparison of variants over tasks and seeds, run and written down so that it can be repeated.
-
-pub mod file;
-pub mod folder;
-pub mod report;
-pub mod row;
-pub mod score;

@@ -1,7 +1,0 @@
-//! The command `tpg`.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    tpg_trainer::cli::main()
-}

@@ -1,0 +1,361 @@
+//! Scoring many policies at once, the same for any number of threads.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use tpg_runtime::{CapacityError, HostAgent, Policy, Reset};
+
+use tpg_tasks::eval::{Arena, Conditions, Episode};
+
+use crate::frontend::{Recorded, Recorder, Recording};
+
+/// How far a policy's evaluation can be split among threads without changing it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Split {
+    /// Into single episodes: each starts from a full reset.
+    Episodes,
+    /// Into agents: an agent's episodes follow on one another.
+    Agents,
+}
+
+/// Policies whose episodes are split, at the end of the line, for each thread: enough to fill every thread to the end,
+/// and so few that hardly any policy is loaded twice.
+const SPLIT_AT_THE_END: usize = 4;
+
+/// One arena for each thread.
+pub struct Pool {
+    arenas: Vec<RecordingArena>,
+    spent: Spent,
+    recordings: Vec<Recording>,
+}
+
+/// Time that threads spent, summed over them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Making the bytes of policies.
+    pub lowering: Duration,
+    /// Decoding and checking them, and putting them into agents.
+    pub loading: Duration,
+    /// Episodes: tasks, wrappers and decisions.
+    pub episodes: Duration,
+    /// Nothing: the line was empty, and other threads were still at work.
+    pub idle: Duration,
+}
+
+/// What is to be scored.
+pub struct Batch<'a> {
+    /// For each policy, how long an episode of it may be expected to last, in any unit. The longest go first; the
+    /// results do not depend on it.
+    pub expected: &'a [f64],
+    /// Makes the bytes of a policy by its number; `None` if it has none. Called once for each, by any thread.
+    pub make: &'a (dyn Fn(usize) -> Option<Vec<u8>> + Sync),
+    /// Episodes of each policy, at least one.
+    pub episodes: usize,
+    /// Their seeds: a list of that length for all policies, or several lists, one after another, which the policies take
+    /// in turn.
+    pub episode_seeds: &'a [u64],
+    /// How far these may be split.
+    pub split: Split,
+    /// In what the episodes are easier than the task.
+    pub conditions: Conditions,
+    /// Whether to record what the policies see, for [`Pool::take_recordings`].
+    pub record: bool,
+}
+
+/// An arena, with a recorder once something has been recorded in it.
+struct RecordingArena {
+    arena: Arena,
+    recorder: Option<Recorder>,
+}
+
+/// One piece of work: episodes of one policy, in order, from a given one on.
+struct Job {
+    policy: usize,
+    first_episode: usize,
+    episodes: usize,
+}
+
+impl Pool {
+    /// A pool of as many threads as there are arenas, at least one.
+    #[must_use]
+    pub fn new(arenas: Vec<Arena>) -> Self {
+        let arenas = arenas.into_iter().map(|arena| RecordingArena {
+            arena,
+            recorder: None,
+        });
+        Pool {
+            arenas: arenas.collect(),
+            spent: Spent::default(),
+            recordings: Vec::new(),
+        }
+    }
+
+    /// What was recorded since the last call, in the order of policies and episodes.
+    pub fn take_recordings(&mut self) -> Vec<Recording> {
+        std::mem::take(&mut self.recordings)
+    }
+
+    /// What scoring has cost so far.
+    #[must_use]
+    pub const fn spent(&self) -> Spent {
+        self.spent
+    }
+
+    /// Runs every policy on every seed; the result holds each policy's episodes in order.
+    ///
+    /// A policy without bytes, or one that is not sound or too large for a host's agent, comes back as `None`.
+    pub fn score(&mut self, batch: &Batch<'_>) -> Vec<Option<Vec<Episode>>> {
+        let jobs = jobs(batch, self.arenas.len());
+        let next = AtomicUsize::new(0);
+        let blobs: Vec<OnceLock<Option<Vec<u8>>>> = vec![OnceLock::new(); batch.expected.len()];
+        let started = Instant::now();
+        let work = |arena: &mut RecordingArena| {
+            let mut worker = Worker::default();
+            let mut done = Vec::new();
+            while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                done.push((job, worker.score(job, &blobs, batch, arena)));
+            }
+            (done, worker.spent, started.elapsed())
+        };
+        let results = match self.arenas.as_mut_slice() {
+            [only] => vec![work(only)],
+            arenas => std::thread::scope(|scope| {
+                let workers: Vec<_> = arenas
+                    .iter_mut()
+                    .map(|arena| scope.spawn(|| work(arena)))
+                    .collect();
+                workers
+                    .into_iter()
+                    .map(|worker| match worker.join() {
+                        Ok(done) => done,
+                        Err(panic) => std::panic::resume_unwind(panic),
+                    })
+                    .collect()
+            }),
+        };
+        let ended = started.elapsed();
+        let mut parts = Vec::with_capacity(jobs.len());
+        for (done, spent, worked) in results {
+            self.spent.idle += ended.saturating_sub(worked);
+            self.spent.lowering += spent.lowering;
+            self.spent.loading += spent.loading;
+            self.spent.episodes += spent.episodes;
+            parts.extend(done);
+        }
+        parts.sort_unstable_by_key(|(job, _)| (job.policy, job.first_episode));
+        let mut scored = vec![Some(Vec::new()); batch.expected.len()];
+        for (job, ran) in parts {
+            let place = &mut scored[job.policy];
+            let episodes = ran.map(|ran| {
+                self.recordings.extend(ran.recordings);
+                ran.episodes
+            });
+            match (place.as_mut(), episodes) {
+                (Some(before), Some(more)) => before.extend(more),
+                _ => *place = None,
+            }
+        }
+        scored
+    }
+
+    /// Runs one policy on every seed, in order, and returns the shared memory that it leaves too.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if the policy is too large for a host's agent.
+    pub fn score_alone(
+        &mut self,
+        policy: Policy<'_>,
+        episode_seeds: &[u64],
+        conditions: Conditions,
+        record: bool,
+    ) -> Result<Alone, CapacityError> {
+        let mut agent = Box::new(HostAgent::new(policy)?);
+        let arena = self.arenas.first_mut();
+        let ran = timed(&mut self.spent.episodes, || {
+            arena.map_or_else(Ran::default, |arena| {
+                arena.run(&mut agent, episode_seeds, conditions, record)
+            })
+        });
+        self.recordings.extend(ran.recordings);
+        Ok((ran.episodes, agent.memory().to_vec()))
+    }
+}
+
+/// What one policy's episodes came to, and the memory that they left.
+type Alone = (Vec<Episode>, Vec<f32>);
+
+/// Whole policies first, the longest of them before the others; then the shortest, split into their episodes where
+/// they may be: so that all threads end together.
+fn jobs(batch: &Batch<'_>, threads: usize) -> Vec<Job> {
+    let mut order: Vec<usize> = (0..batch.expected.len()).collect();
+    order.sort_by(|a, b| batch.expected[*b].total_cmp(&batch.expected[*a]));
+    let splits = match batch.split {
+        Split::Episodes if threads > 1 => SPLIT_AT_THE_END * threads,
+        _ => 0,
+    };
+    let whole = order.len().saturating_sub(splits);
+    let all = batch.episodes;
+    let job = |policy, first_episode, episodes| Job {
+        policy,
+        first_episode,
+        episodes,
+    };
+    let (long, short) = order.split_at(whole);
+    let long = long.iter().map(|policy| job(*policy, 0, all));
+    let short = short
+        .iter()
+        .flat_map(|policy| (0..all).map(move |k| job(*policy, k, 1)));
+    long.chain(short).collect()
+}
+
+/// A thread's agent, made at its first policy and loaded with one after another.
+#[derive(Default)]
+struct Worker<'b> {
+    agent: Option<Box<HostAgent<'b>>>,
+    loaded: Option<usize>,
+    spent: Spent,
+}
+
+impl<'b> Worker<'b> {
+    /// The job's episodes, unless its policy is none.
+    fn score(
+        &mut self,
+        job: &Job,
+        blobs: &'b [OnceLock<Option<Vec<u8>>>],
+        batch: &Batch<'_>,
+        arena: &mut RecordingArena,
+    ) -> Option<Ran> {
+        if self.loaded != Some(job.policy) {
+            self.loaded = None;
+            // Whoever needs the policy first makes its bytes.
+            let bytes = timed(&mut self.spent.lowering, || {
+                blobs[job.policy].get_or_init(|| (batch.make)(job.policy))
+            });
+            timed(&mut self.spent.loading, || {
+                let policy = Policy::load(bytes.as_deref()?).ok()?;
+                match &mut self.agent {
+                    Some(agent) => agent.load(policy).ok()?,
+                    None => self.agent = Some(Box::new(HostAgent::new(policy).ok()?)),
+                }
+                Some(())
+            })?;
+            self.loaded = Some(job.policy);
+        }
+        let agent = self.agent.as_deref_mut()?;
+        let lists = (batch.episode_seeds.len() / batch.episodes).max(1);
+        let first = job.policy % lists * batch.episodes + job.first_episode;
+        let seeds = &batch.episode_seeds[first..][..job.episodes];
+        let spent = &mut self.spent.episodes;
+        Some(timed(spent, || {
+            arena.run(agent, seeds, batch.conditions, batch.record)
+        }))
+    }
+}
+
+/// Adds the time that something takes.
+fn timed<T>(sum: &mut Duration, something: impl FnOnce() -> T) -> T {
+    let started = Instant::now();
+    let result = something();
+    *sum += started.elapsed();
+    result
+}
+
+/// Episodes that one policy ran, with what they showed if that is recorded.
+#[derive(Default)]
+struct Ran {
+    episodes: Vec<Episode>,
+    recordings: Vec<Recording>,
+}
+
+impl RecordingArena {
+    fn run(
+        &mut self,
+        agent: &mut HostAgent<'_>,
+        episode_seeds: &[u64],
+        conditions: Conditions,
+        record: bool,
+    ) -> Ran {
+        let RecordingArena { arena, recorder } = self;
+        arena.impose(conditions);
+        let mut ran = Ran::default();
+        ran.episodes.reserve_exact(episode_seeds.len());
+        for (k, seed) in episode_seeds.iter().enumerate() {
+            let what = if k == 0 { Reset::Agent } else { Reset::Episode };
+            let episode = if record {
+                let recorder = recorder.get_or_insert_with(|| {
+                    let spec = arena.task().spec();
+                    Recorder::new(
+                        arena.wrappers().inputs().len(),
+                        spec.actions,
+                        spec.max_steps,
+                    )
+                });
+                let inner = &mut *agent;
+                let mut recorded = Recorded { inner, recorder };
+                let episode = arena.episode(&mut recorded, what, *seed);
+                ran.recordings
+                    .extend(episode.is_ok().then(|| recorder.finish()));
+                episode
+            } else {
+                arena.episode(agent, what, *seed)
+            };
+            // The policy was lowered for this arena, so its observations have the right length.
+            ran.episodes.extend(episode.ok());
+        }
+        ran
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tpg_tasks::task::{CartPole, Task as _, Wrappers};
+
+    fn order(expected: &[f64], threads: usize, split: Split) -> Vec<(usize, usize, usize)> {
+        let batch = Batch {
+            expected,
+            make: &|_| None,
+            episodes: 2,
+            episode_seeds: &[1, 2],
+            split,
+            conditions: Conditions::default(),
+            record: false,
+        };
+        let jobs = jobs(&batch, threads);
+        let triple = |job: &Job| (job.policy, job.first_episode, job.episodes);
+        jobs.iter().map(triple).collect()
+    }
+
+    #[test]
+    fn the_longest_go_first_and_the_last_are_split() {
+        let mut expected = vec![1.0; 9];
+        expected[3] = 7.0;
+        let line = order(&expected, 2, Split::Episodes);
+        assert_eq!(line[..3], [(3, 0, 2), (0, 0, 1), (0, 1, 1)]);
+        assert_eq!(line.len(), 1 + 2 * 8);
+        let agents = order(&expected, 2, Split::Agents);
+        assert_eq!(agents[..2], [(3, 0, 2), (0, 0, 2)]);
+        assert_eq!(agents.len(), 9);
+    }
+
+    #[test]
+    fn every_policy_that_cannot_be_made_comes_back_as_none() {
+        let arena = || {
+            let task = CartPole::new();
+            let wrappers = Wrappers::new(&[], task.spec()).expect("nothing is hidden");
+            Arena::new(Box::new(task), wrappers)
+        };
+        let mut pool = Pool::new(vec![arena(), arena()]);
+        let batch = Batch {
+            expected: &[0.0; 40],
+            make: &|k| (k % 2 == 0).then(|| b"no policy".to_vec()),
+            episodes: 1,
+            episode_seeds: &[1],
+            split: Split::Episodes,
+            conditions: Conditions::default(),
+            record: false,
+        };
+        assert_eq!(pool.score(&batch), vec![None; 40]);
+    }
+}

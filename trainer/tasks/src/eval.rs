@@ -1,0 +1,15 @@
+//! Scoring: what a policy returns on a task for given seeds.
+
+mod baseline;
+mod disturb;
+mod disturbance;
+mod rollout;
+mod seeds;
+mod shaping;
+
+pub use baseline::{ConstantController, RandomController};
+pub use disturb::Disturbed;
+pub use disturbance::{Direction, DisturbError, Disturbance, Effect, MAX_DELAY};
+pub use rollout::{Arena, Conditions, Controller, Episode, EvaluationError, Reply, evaluate};
+pub use seeds::{Domain, EpisodeSeeds, episode_seed};
+pub use shaping::Shaping;

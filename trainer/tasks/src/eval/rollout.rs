@@ -1,0 +1,239 @@
+//! Episodes of a task under a controller, in this process or behind a bridge.
+
+use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
+
+use super::{EpisodeSeeds, Shaping};
+use crate::task::{Task, Wrappers};
+
+/// Whoever turns observations into actions: an agent here, or one at the other end of a bridge.
+pub trait Controller {
+    /// Why it could not.
+    type Error;
+
+    /// Begins an episode of the wrappers around a controller, before [`reset`](Self::reset); others have no use for it.
+    fn seed_wrappers(&mut self, _wrapper_seed: u64) {}
+
+    /// Begins an agent's evaluation or one of its episodes.
+    ///
+    /// # Errors
+    /// Where the controller cannot be reached.
+    fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), Self::Error>;
+
+    /// Chooses the action for an observation.
+    ///
+    /// # Errors
+    /// Where the controller cannot be reached, or refuses the observation.
+    fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, Self::Error>;
+}
+
+/// A controller's answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reply<'a> {
+    /// What the plant is to do.
+    pub action: Action<'a>,
+    /// Instructions executed to find out.
+    pub instructions: u32,
+}
+
+impl<W: Width, const WORDS: usize, const PROGRAMS: usize, const TEAMS: usize, const STREAMS: usize>
+    Controller for Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>
+{
+    type Error = ObservationError;
+
+    fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), ObservationError> {
+        Agent::reset(self, what, agent_seed);
+        Ok(())
+    }
+
+    fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, ObservationError> {
+        let decision = Agent::decide(self, observation)?;
+        Ok(Reply {
+            action: decision.action,
+            instructions: decision.instructions,
+        })
+    }
+}
+
+impl<C: Controller> Controller for &mut C {
+    type Error = C::Error;
+
+    fn seed_wrappers(&mut self, wrapper_seed: u64) {
+        (**self).seed_wrappers(wrapper_seed);
+    }
+
+    fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), C::Error> {
+        (**self).reset(what, agent_seed)
+    }
+
+    fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, C::Error> {
+        (**self).decide(observation)
+    }
+}
+
+/// What one episode came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Episode {
+    /// Sum of the rewards, in f64 and in step order.
+    pub total: f64,
+    /// The same of the shaped rewards, which steer training; the total where nothing is shaped.
+    pub shaped: f64,
+    /// Control steps.
+    pub steps: u32,
+    /// Instructions that the controller executed.
+    pub instructions: u64,
+    /// Whether the simulation became unstable, which ended the episode.
+    pub unstable: bool,
+}
+
+/// In what training episodes may be easier than the task. The default is the task itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Conditions {
+    /// Blackouts are `stage`/`stages` times as probable as the task says.
+    pub stage: u32,
+    /// See `stage`; at least 1.
+    pub stages: u32,
+    /// Control steps after which an episode ends; 0 stands for the task's own limit, which always holds too.
+    pub max_steps: u32,
+}
+
+impl Default for Conditions {
+    fn default() -> Self {
+        Conditions {
+            stage: 1,
+            stages: 1,
+            max_steps: 0,
+        }
+    }
+}
+
+/// A task behind its observability wrappers, with the buffers that an episode needs.
+pub struct Arena {
+    task: Box<dyn Task>,
+    wrappers: Wrappers,
+    shaping: Shaping,
+    full: Vec<f32>,
+    seen: Vec<f32>,
+    /// Control steps after which an episode ends at the latest.
+    max_steps: u32,
+}
+
+impl Arena {
+    /// Puts a task behind wrappers made for its specification.
+    #[must_use]
+    pub fn new(task: Box<dyn Task>, wrappers: Wrappers) -> Self {
+        let full = vec![0.0; task.spec().inputs.len()];
+        let seen = vec![0.0; wrappers.inputs().len()];
+        let max_steps = task.spec().max_steps;
+        Arena {
+            max_steps,
+            task,
+            wrappers,
+            shaping: Shaping::default(),
+            full,
+            seen,
+        }
+    }
+
+    /// The same with shaped rewards beside the task's own.
+    #[must_use]
+    pub fn with_shaping(self, shaping: Shaping) -> Self {
+        Arena { shaping, ..self }
+    }
+
+    /// Runs the episodes that follow under these conditions.
+    pub fn impose(&mut self, conditions: Conditions) {
+        let Conditions {
+            stage,
+            stages,
+            max_steps,
+        } = conditions;
+        self.wrappers.ease(stage, stages);
+        let all = self.task.spec().max_steps;
+        self.max_steps = if max_steps == 0 {
+            all
+        } else {
+            max_steps.min(all)
+        };
+    }
+
+    /// The task.
+    #[must_use]
+    pub fn task(&self) -> &dyn Task {
+        &*self.task
+    }
+
+    /// The wrappers, which know what a policy sees.
+    #[must_use]
+    pub fn wrappers(&self) -> &Wrappers {
+        &self.wrappers
+    }
+
+    /// Runs one episode; allocates nothing.
+    ///
+    /// # Errors
+    /// The controller's.
+    pub fn episode<C: Controller>(
+        &mut self,
+        controller: &mut C,
+        what: Reset,
+        episode_seed: u64,
+    ) -> Result<Episode, C::Error> {
+        let mut seeds = EpisodeSeeds::new(episode_seed);
+        self.task.reset(&mut seeds.initial_state);
+        controller.seed_wrappers(seeds.wrappers);
+        controller.reset(what, seeds.agent)?;
+        let mut episode = Episode {
+            total: 0.0,
+            shaped: 0.0,
+            steps: 0,
+            instructions: 0,
+            unstable: false,
+        };
+        while episode.steps < self.max_steps {
+            self.task.observe(&mut self.full);
+            self.wrappers
+                .apply(&self.full, &mut self.seen, &mut seeds.mask);
+            let reply = controller.decide(&self.seen)?;
+            episode.instructions += u64::from(reply.instructions);
+            let step = self.task.step(reply.action);
+            episode.total += step.reward;
+            episode.shaped += self.shaping.apply(&step);
+            episode.steps += 1;
+            episode.unstable |= step.unstable;
+            if step.terminated {
+                break;
+            }
+        }
+        Ok(episode)
+    }
+}
+
+/// The episodes with these seeds, in order, as one agent's evaluation.
+///
+/// # Errors
+/// The controller's, with the episode that it ended.
+pub fn evaluate<C: Controller>(
+    arena: &mut Arena,
+    controller: &mut C,
+    episode_seeds: impl IntoIterator<Item = u64>,
+) -> Result<Vec<Episode>, EvaluationError<C::Error>> {
+    let mut episodes = Vec::new();
+    for (k, seed) in episode_seeds.into_iter().enumerate() {
+        let what = if k == 0 { Reset::Agent } else { Reset::Episode };
+        let episode = arena
+            .episode(controller, what, seed)
+            .map_err(|source| EvaluationError { episode: k, source })?;
+        episodes.push(episode);
+    }
+    Ok(episodes)
+}
+
+/// A controller that failed during an evaluation.
+#[derive(Debug, thiserror::Error)]
+#[error("episode {episode} was cut short")]
+pub struct EvaluationError<E> {
+    /// Number of the episode, from 0.
+    pub episode: usize,
+    /// What the controller reported.
+    pub source: E,
+}

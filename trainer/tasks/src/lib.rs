@@ -1,0 +1,21 @@
+//! Tasks to control, and what an episode of them says of a policy.
+//!
+//! ```text
+//! task --observation--> wrappers --> controller --action--> task        one step of an episode
+//! ```
+//!
+//! | module | what it holds |
+//! |---|---|
+//! | [`task`] | the plants, their physics, and what of them a policy may see |
+//! | [`eval`] | episodes under a controller, disturbances of the link between both, baselines, seeds |
+//! | [`stats`] | means, intervals and tests over returns |
+//! | [`trace`] | every decision of an evaluation, recorded and decided again |
+//! | [`score`] | arguments, set-up and report of the commands that score a policy |
+//! | [`exit_status`] | how a command ends |
+
+pub mod eval;
+pub mod exit_status;
+pub mod score;
+pub mod stats;
+pub mod task;
+pub mod trace;

@@ -1,0 +1,310 @@
+//! Tasks by name.
+
+use super::{Acrobot, CartPole, Pendulum, Task};
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+#[cfg(feature = "mujoco")]
+use super::mujoco::{DoublePendulum, HalfCheetah, Hopper, Version};
+
+type Make = fn() -> Box<dyn Task>;
+
+/// One task: its full name, whether the name without the version means it, how to make it (`None`: not in this build).
+struct Row {
+    name: &'static str,
+    default: bool,
+    make: Option<Make>,
+}
+
+#[cfg(feature = "mujoco")]
+macro_rules! mujoco {
+    ($task:ident, $version:ident) => {
+        Some(|| Box::new($task::new(Version::$version)))
+    };
+}
+#[cfg(not(feature = "mujoco"))]
+macro_rules! mujoco {
+    ($task:ident, $version:ident) => {
+        None
+    };
+}
+
+static TABLE: &[Row] = &[
+    Row {
+        name: "cartpole-v1",
+        default: true,
+        make: Some(|| Box::new(CartPole::new())),
+    },
+    Row {
+        name: "acrobot-v1",
+        default: true,
+        make: Some(|| Box::new(Acrobot::new())),
+    },
+    Row {
+        name: "pendulum-v1",
+        default: true,
+        make: Some(|| Box::new(Pendulum::new())),
+    },
+    Row {
+        name: "inverted-double-pendulum-v4",
+        default: true,
+        make: mujoco!(DoublePendulum, V4),
+    },
+    Row {
+        name: "inverted-double-pendulum-v5",
+        default: false,
+        make: mujoco!(DoublePendulum, V5),
+    },
+    Row {
+        name: "hopper-v4",
+        default: true,
+        make: mujoco!(Hopper, V4),
+    },
+    Row {
+        name: "hopper-v5",
+        default: false,
+        make: mujoco!(Hopper, V5),
+    },
+    Row {
+        name: "half-cheetah-v4",
+        default: true,
+        make: mujoco!(HalfCheetah, V4),
+    },
+    Row {
+        name: "half-cheetah-v5",
+        default: false,
+        make: mujoco!(HalfCheetah, V5),
+    },
+];
+
+/// A name that stands for no task, or for none that this build can make.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnknownTask {
+    /// No task has this name.
+    #[error("no task is called {name:?}{}; tasks: {}, or the path of a .toml file that describes one",
+        hint(*nearest), names().join(", "))]
+    NoSuchName {
+        /// The name that was asked for.
+        name: String,
+        /// The name that differs least, if one is near.
+        nearest: Option<&'static str>,
+    },
+    /// The task is simulated by MuJoCo, which this build lacks.
+    #[error(
+        "the task {name} needs MuJoCo, which this build lacks: build with the feature `mujoco`; tasks without it: {}",
+        names().join(", ")
+    )]
+    NeedsMujoco {
+        /// Full name of the task.
+        name: &'static str,
+    },
+    /// The file that describes a task, or its model, cannot be used.
+    #[error("{}: {why}", path.display())]
+    BadFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+}
+
+fn hint(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |name| format!(", did you mean {name:?}?"))
+}
+
+/// The full names of the tasks that this build can make.
+#[must_use]
+pub fn names() -> &'static [&'static str] {
+    static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| {
+        TABLE
+            .iter()
+            .filter(|row| row.make.is_some())
+            .map(|row| row.name)
+            .collect()
+    });
+    &NAMES
+}
+
+/// Makes a task by its full name, or by its name without the version, which means the version that the thesis used; or
+/// from the file that describes it, whose path ends in `.toml`.
+///
+/// # Errors
+/// [`UnknownTask::NoSuchName`] lists the names and suggests the nearest; [`UnknownTask::NeedsMujoco`] when the build
+/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or makes no sense.
+///
+/// # Examples
+/// ```
+/// # fn main() -> Result<(), tpg_tasks::task::UnknownTask> {
+/// let task = tpg_tasks::task::create("cartpole")?;
+/// assert_eq!(task.spec().name, "cartpole-v1");
+/// # Ok(())
+/// # }
+/// ```
+pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
+    if let Some(path) = file(name) {
+        return described(path);
+    }
+    match TABLE
+        .iter()
+        .find(|row| row.name == name || row.default && bare(row.name) == name)
+    {
+        Some(Row {
+            make: Some(make), ..
+        }) => Ok(make()),
+        Some(row) => Err(UnknownTask::NeedsMujoco { name: row.name }),
+        None => Err(UnknownTask::NoSuchName {
+            name: name.into(),
+            nearest: nearest(name),
+        }),
+    }
+}
+
+/// The path of a described task, as opposed to the name of a built-in one.
+fn file(name: &str) -> Option<&Path> {
+    let path = Path::new(name);
+    (path.extension()? == "toml").then_some(path)
+}
+
+#[cfg(feature = "mujoco")]
+fn described(path: &Path) -> Result<Box<dyn Task>, UnknownTask> {
+    let taken: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
+    super::mujoco::custom::load(path, &taken)
+}
+
+#[cfg(not(feature = "mujoco"))]
+fn described(_: &Path) -> Result<Box<dyn Task>, UnknownTask> {
+    Err(UnknownTask::NeedsMujoco {
+        name: "that a file describes",
+    })
+}
+
+/// The name of a task, with the path of a described one made absolute, so that it means the same in every folder.
+#[must_use]
+pub fn locate(name: &str) -> String {
+    let absolute = file(name).and_then(|path| std::path::absolute(path).ok());
+    absolute
+        .and_then(|path| Some(path.to_str()?.to_owned()))
+        .unwrap_or_else(|| name.to_owned())
+}
+
+/// What fixes a task wherever its files lie: its name, or the hash of the files that describe it.
+///
+/// # Errors
+/// [`UnknownTask::BadFile`] where they cannot be read.
+pub fn identity(name: &str) -> Result<String, UnknownTask> {
+    let Some(path) = file(name) else {
+        return Ok(name.to_owned());
+    };
+    #[cfg(feature = "mujoco")]
+    return super::mujoco::custom::digest(path);
+    #[cfg(not(feature = "mujoco"))]
+    return described(path).map(|_| String::new());
+}
+
+/// The name without its version.
+fn bare(name: &str) -> &str {
+    name.rsplit_once("-v").map_or(name, |(bare, _)| bare)
+}
+
+/// The name most like a misspelt one, full or bare as the misspelt one is.
+fn nearest(name: &str) -> Option<&'static str> {
+    /// Jaro-Winkler similarity, 0 to 1, below which a name is no likely misspelling of another.
+    const LIKELY: f64 = 0.8;
+    let lower = name.to_lowercase();
+    let bare_names = TABLE
+        .iter()
+        .filter(|row| row.default)
+        .map(|row| bare(row.name));
+    TABLE
+        .iter()
+        .map(|row| row.name)
+        .chain(bare_names)
+        .map(|known| (strsim::jaro_winkler(&lower, known), known))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(similarity, _)| *similarity >= LIKELY)
+        .map(|(_, known)| known)
+}
+
+/// Version of the MuJoCo library that is linked, or `none` in a build without it.
+#[must_use]
+pub fn simulator_version() -> String {
+    #[cfg(feature = "mujoco")]
+    return mujoco_rs::mujoco_version().to_string();
+    #[cfg(not(feature = "mujoco"))]
+    return "none".into();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::{ActionSpace, Rng};
+    use tpg_runtime::Action;
+
+    /// One episode of fixed actions as bits, ends included.
+    fn episode(task: &mut dyn Task, seed: u64) -> Vec<u64> {
+        let inputs = task.spec().inputs.len();
+        let mut observation = vec![0.0; inputs];
+        let mut bits = Vec::new();
+        task.reset(&mut Rng::new(seed));
+        for t in 0..60u16 {
+            let values = [f32::from(t % 7) / 3.0 - 1.0; 8];
+            let action = match task.spec().actions {
+                ActionSpace::Discrete(count) => Action::Discrete(t % count),
+                ActionSpace::Continuous { len, .. } => {
+                    Action::Continuous(&values[..usize::from(len)])
+                }
+            };
+            task.observe(&mut observation);
+            bits.extend(observation.iter().map(|x| u64::from(x.to_bits())));
+            let step = task.step(action);
+            bits.extend([step.reward.to_bits(), u64::from(step.terminated)]);
+        }
+        bits
+    }
+
+    #[test]
+    fn a_reused_task_and_a_fresh_one_give_the_same_bits() {
+        for name in names() {
+            let mut used = create(name).unwrap();
+            let first = episode(&mut *used, 1);
+            episode(&mut *used, 2);
+            assert_eq!(episode(&mut *used, 1), first, "{name} reused");
+            assert_eq!(
+                episode(&mut *create(name).unwrap(), 1),
+                first,
+                "{name} fresh"
+            );
+            assert_ne!(episode(&mut *used, 2), first, "{name} with another seed");
+        }
+    }
+
+    #[test]
+    fn names_and_specs_agree() {
+        for name in names() {
+            assert_eq!(create(name).unwrap().spec().name, *name);
+        }
+        assert_eq!(create("cartpole").unwrap().spec().name, "cartpole-v1");
+    }
+
+    #[test]
+    fn an_unknown_name_lists_the_known_and_suggests_the_nearest() {
+        let message = |name: &str| create(name).err().unwrap().to_string();
+        let text = message("carpole-v1");
+        assert!(text.starts_with(
+            "no task is called \"carpole-v1\", did you mean \"cartpole-v1\"?; tasks: cartpole-v1"
+        ));
+        assert!(message("Cart-Pole").contains("did you mean \"cartpole\""));
+        assert!(message("hoper").contains("did you mean \"hopper\""));
+        assert!(!message("zzz").contains("did you mean"));
+    }
+
+    #[cfg(not(feature = "mujoco"))]
+    #[test]
+    fn a_build_without_mujoco_says_so() {
+        let error = create("hopper").err().unwrap();
+        assert_eq!(error, UnknownTask::NeedsMujoco { name: "hopper-v4" });
+        assert!(error.to_string().contains("feature `mujoco`"));
+        assert_eq!(names(), ["cartpole-v1", "acrobot-v1", "pendulum-v1"]);
+    }
+}
