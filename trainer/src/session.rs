@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::Policy;
 use tpg_runtime::rng::mix64;
 
-use crate::config::{Blueprint, Config, ConfigError};
+use crate::config::{Config, ConfigError, Settings};
 use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
 use crate::frontend::Learner;
 use crate::lower::{LowerError, Mode, lower};
@@ -113,7 +113,7 @@ struct Exported {
 /// A training run between two generations.
 pub struct Session {
     config: Config,
-    blueprint: Blueprint,
+    settings: Settings,
     provenance: Provenance,
     seed: u64,
     generation: u64,
@@ -161,12 +161,12 @@ impl Session {
     /// # Errors
     /// [`SessionError::Config`].
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
-        let blueprint = Blueprint::new(&config)?;
+        let settings = Settings::new(&config)?;
         Ok(Session {
-            learner: perception::learner(&blueprint),
-            provenance: Provenance::new(&config, &blueprint.task_identity, seed),
+            learner: perception::learner(&settings),
+            provenance: Provenance::new(&config, &settings.task_identity, seed),
             config,
-            blueprint,
+            settings,
             seed,
             generation: 0,
             steps: 0,
@@ -239,7 +239,7 @@ impl Session {
     /// # Errors
     /// [`SessionError::Config`] if the task is not to be had.
     pub fn pool(&self, threads: usize) -> Result<Pool, SessionError> {
-        let arenas = (0..threads.max(1)).map(|_| self.blueprint.arena());
+        let arenas = (0..threads.max(1)).map(|_| self.settings.arena());
         Ok(Pool::new(arenas.collect::<Result<_, _>>()?))
     }
 
@@ -266,7 +266,7 @@ impl Session {
             .collect();
         self.medians = [Some(tpg_tasks::stats::median(&fresh)), self.medians[0]];
         let mut scores = self.scores();
-        let keep = self.blueprint.params.population as usize;
+        let keep = self.settings.params.population as usize;
         let protected: Vec<TeamId> = self.tuned().chain(self.race.champion).collect();
         select(&mut self.population, &mut scores, keep, &protected);
         let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
@@ -299,7 +299,7 @@ impl Session {
 
     /// The best roots so far, which are scored again.
     fn elites(&self) -> Vec<Newcomer> {
-        let elites = self.blueprint.elites as usize;
+        let elites = self.settings.elites as usize;
         if elites == 0 {
             return Vec::new();
         }
@@ -318,7 +318,7 @@ impl Session {
     /// The new roots of this generation: random ones at first, children later.
     fn make_generation(&mut self) -> Vec<Newcomer> {
         let mut rng = Rng::new(mix64(&[self.seed, self.generation, EVOLUTION_STREAM]));
-        let (genes, params) = (&self.blueprint.genes, &self.blueprint.params);
+        let (genes, params) = (&self.settings.genes, &self.settings.params);
         if self.generation == 0 {
             if self.population.roots.is_empty() {
                 self.population = Population::random(genes, params, &mut rng);

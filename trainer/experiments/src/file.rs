@@ -10,7 +10,7 @@ use tpg_runtime::blob::MemoryModel;
 
 use super::row::cell_name;
 use tpg_trainer::config::{
-    Blueprint, Config, ConfigError, Preset, leaves, nearest, presets, resolve,
+    Config, ConfigError, Preset, Settings, leaves, nearest, presets, resolve,
 };
 use tpg_trainer::session::Budget;
 
@@ -341,7 +341,7 @@ impl Experiment {
             }
         }
         let config = resolve(&preset, None, &sets).map_err(wrong)?;
-        let blueprint = Blueprint::new(&config).map_err(wrong)?;
+        let settings = Settings::new(&config).map_err(wrong)?;
         Ok(Cell {
             name: cell_name(task, variant, 1),
             task: task.to_owned(),
@@ -352,7 +352,7 @@ impl Experiment {
             config_hash: hash(&config),
             config,
             budget: *self.budgets.get(task).unwrap_or(&self.budget),
-            has_memory: blueprint.contract.memory_model != MemoryModel::None,
+            has_memory: settings.contract.memory_model != MemoryModel::None,
         })
     }
 }

@@ -12,7 +12,7 @@ use super::row::{Access, AccessKind, MemorySection};
 use tpg_tasks::eval::{
     Controller, Domain, Episode, EvaluationError, Reply, episode_seed, evaluate,
 };
-use tpg_trainer::config::{Blueprint, ConfigError};
+use tpg_trainer::config::{ConfigError, Settings};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session::{Session, SessionError};
 
@@ -91,7 +91,7 @@ fn run(
     episodes: u32,
     as_evolved: bool,
 ) -> Result<Tested, TestError> {
-    let mut arena = Blueprint::new(session.config())?.arena()?;
+    let mut arena = Settings::new(session.config())?.arena()?;
     let mut counting = Counting {
         agent,
         counter: Counter::default(),

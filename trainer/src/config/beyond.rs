@@ -3,7 +3,7 @@
 use tpg_runtime::blob::{InitialValues, RegisterMode};
 use tpg_runtime::isa::Op;
 
-use super::blueprint::value;
+use super::settings::value;
 use super::{Config, ConfigError, SelectionParams};
 use crate::evolve::{ActionPrograms, Initial, linear_ops, memory_ops};
 use crate::lower::Contract;

@@ -3,8 +3,8 @@
 use tpg_runtime::frontend::{MAX_DEGREE, monomials};
 
 use super::ConfigError;
-use super::blueprint::value;
 use super::layers::nearest;
+use super::settings::value;
 use crate::frontend::{Belief, Columns, FrontEndParams};
 use tpg_tasks::task::Channel;
 

@@ -55,7 +55,7 @@ impl From<toml::de::Error> for ConfigError {
 /// Merges a preset with a file's text and with `key=value` settings.
 ///
 /// # Errors
-/// [`ConfigError`] for unknown keys and values of the wrong type; [`super::Blueprint`] checks what they mean.
+/// [`ConfigError`] for unknown keys and values of the wrong type; [`super::Settings`] checks what they mean.
 pub fn resolve(
     preset: &Preset,
     file: Option<&str>,

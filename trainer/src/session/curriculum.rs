@@ -8,15 +8,15 @@ impl Session {
     pub(super) fn training_conditions(&self) -> Conditions {
         Conditions {
             stage: self.stage,
-            stages: self.blueprint.curriculum.stages,
-            max_steps: self.blueprint.max_steps,
+            stages: self.settings.curriculum.stages,
+            max_steps: self.settings.max_steps,
         }
     }
 
     /// Enters the stage of the curriculum that is due. Scores of an easier stage cannot be compared with those of this
     /// one: where a stage begins they are forgotten, and all who had one are returned, to be scored again.
     pub(super) fn rise(&mut self) -> Vec<Newcomer> {
-        let stage = self.blueprint.curriculum.stage(self.steps);
+        let stage = self.settings.curriculum.stage(self.steps);
         if stage == std::mem::replace(&mut self.stage, stage) {
             return Vec::new();
         }

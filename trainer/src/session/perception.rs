@@ -3,22 +3,22 @@
 use std::borrow::Cow;
 
 use super::Session;
-use crate::config::Blueprint;
+use crate::config::Settings;
 use crate::frontend::Learner;
 use crate::lower::Contract;
 use crate::pool::Pool;
 
 /// The learner of a run that has just begun.
-pub(super) fn learner(blueprint: &Blueprint) -> Option<Learner> {
-    let params = &blueprint.front_end;
-    let inputs = usize::from(blueprint.contract.shape.inputs);
-    (params.is_on()).then(|| Learner::new(params, inputs, blueprint.believed.clone()))
+pub(super) fn learner(settings: &Settings) -> Option<Learner> {
+    let params = &settings.front_end;
+    let inputs = usize::from(settings.contract.shape.inputs);
+    (params.is_on()).then(|| Learner::new(params, inputs, settings.believed.clone()))
 }
 
 impl Session {
     /// The contract of a generation's policies: all of them have its front end.
     pub(super) fn contract(&self, generation: u64) -> Cow<'_, Contract> {
-        let contract = &self.blueprint.contract;
+        let contract = &self.settings.contract;
         match self.learner.as_ref().and_then(|l| l.of(generation)) {
             None => Cow::Borrowed(contract),
             Some(perception) => Cow::Owned(Contract {
@@ -31,10 +31,10 @@ impl Session {
     /// Learns from what this generation's training showed, for the next one.
     pub(super) fn learn(&mut self, pool: &mut Pool) {
         let recordings = pool.take_recordings();
-        let actions = self.blueprint.contract.shape.actions;
+        let actions = self.settings.contract.shape.actions;
         if let Some(learner) = &mut self.learner {
             learner.learn(
-                &self.blueprint.front_end,
+                &self.settings.front_end,
                 actions,
                 self.generation,
                 &recordings,

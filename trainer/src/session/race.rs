@@ -66,7 +66,7 @@ impl Race {
 impl Session {
     /// Where a race is due, lets the best agents run for champion against the last one.
     pub(super) fn race(&mut self, pool: &mut Pool, tally: &mut Tally) {
-        let params = self.blueprint.selection;
+        let params = self.settings.selection;
         let due = (self.generation + 1).is_multiple_of(u64::from(params.every.max(1)));
         if params.candidates == 0 || !(due || self.race.champion.is_none()) {
             return;

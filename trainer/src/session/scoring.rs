@@ -85,18 +85,18 @@ impl Record {
 impl Session {
     /// Scores new roots on the very bytes that would be exported, and records them.
     pub(super) fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer], tally: &mut Tally) {
-        let episodes = u64::from(self.blueprint.episodes);
+        let episodes = u64::from(self.settings.episodes);
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
             .collect();
-        match self.blueprint.contract.reset_scope {
+        match self.settings.contract.reset_scope {
             ResetScope::PerGeneration => {
                 self.memory = None;
                 self.score_in_turn(pool, newcomers, &seeds, tally);
             }
             ResetScope::Original => {
                 let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
-                if self.blueprint.wipe_on_fall && fallen {
+                if self.settings.wipe_on_fall && fallen {
                     self.memory = None;
                 }
                 self.score_in_turn(pool, newcomers, &seeds, tally);
@@ -107,7 +107,7 @@ impl Session {
 
     /// How far the evaluation of an agent that shares nothing with others can be split.
     pub(super) fn split(&self) -> Split {
-        match self.blueprint.contract.reset_scope.at_episode() {
+        match self.settings.contract.reset_scope.at_episode() {
             (true, true) => Split::Episodes,
             _ => Split::Agents,
         }

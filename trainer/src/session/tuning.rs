@@ -120,14 +120,14 @@ impl Session {
 
     /// Ends lines that have lain behind for too long, and begins new ones at the best agents.
     fn hold_lines(&mut self) {
-        let params = self.blueprint.tuning;
+        let params = self.settings.tuning;
         if params.lines == 0 {
             return;
         }
         if self.generation == 0 {
             // Nothing is scored yet: only a linear policy is worth protecting. Lines that begin alike part by their directions.
             if let (true, Some(root)) = (
-                self.blueprint.params.initial != Initial::Random,
+                self.settings.params.initial != Initial::Random,
                 self.population.roots.first(),
             ) {
                 self.lines = vec![Tuned::new(*root); params.lines as usize];
@@ -173,7 +173,7 @@ impl Session {
         episode: &mut u64,
         tally: &mut Tally,
     ) -> Vec<TeamId> {
-        let params = self.blueprint.tuning;
+        let params = self.settings.tuning;
         let due = |after: u32| after > 0 && line.iterations >= u64::from(after);
         let (growth, memory) = (due(params.grow_after), due(params.remember_after));
         if growth && !line.grown {
@@ -214,10 +214,10 @@ impl Session {
     /// Clones programs inside the line's team, each with a bid of its own; all of its constants are tuned from here on.
     pub(super) fn grow_line(&mut self, line: &mut Tuned, rng: &mut Rng) {
         let mut team = Team::clone(self.population.team(line.root));
-        let size = self.blueprint.tuning.grow_to as usize;
+        let size = self.settings.tuning.grow_to as usize;
         let mut grew = false;
         while team.members.len() < size
-            && grow(&mut self.population, &mut team, &self.blueprint.genes, rng)
+            && grow(&mut self.population, &mut team, &self.settings.genes, rng)
         {
             grew = true;
         }
@@ -232,7 +232,7 @@ impl Session {
         let mut team = Team::clone(self.population.team(line.root));
         let before = team.members.clone();
         for member in &mut team.members {
-            if let Some(copy) = remember(&mut self.population, *member, &self.blueprint.genes) {
+            if let Some(copy) = remember(&mut self.population, *member, &self.settings.genes) {
                 *member = copy;
             }
         }
@@ -247,7 +247,7 @@ impl Session {
         let template = self
             .export(root, self.generation, None, Mode::Compact)
             .ok()?;
-        let sites = constant_sites(&self.population, root, &self.blueprint.contract);
+        let sites = constant_sites(&self.population, root, &self.settings.contract);
         let blob = Blob::decode(&template).ok()?;
         let constants = blob.tables().constants.iter();
         let table: Vec<f32> = constants.map(|x| f32::from_le_bytes(*x)).collect();
@@ -270,7 +270,7 @@ impl Session {
         episode: &mut u64,
         tally: &mut Tally,
     ) -> Vec<Trial> {
-        let params = &self.blueprint.tuning;
+        let params = &self.settings.tuning;
         let (directions, episodes) = (params.directions as usize, params.episodes as usize);
         let numbers = *episode..*episode + (directions * episodes) as u64;
         *episode = numbers.end;

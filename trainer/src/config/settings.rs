@@ -15,7 +15,7 @@ use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Wrappers, stack
 
 /// Everything that a run needs to know, checked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Blueprint {
+pub struct Settings {
     /// Name of the task, or path of the file that describes it.
     pub task: String,
     /// What fixes the task wherever its files lie.
@@ -50,7 +50,7 @@ pub struct Blueprint {
     pub believed: Option<Vec<u16>>,
 }
 
-impl Blueprint {
+impl Settings {
     /// Checks what a configuration means.
     ///
     /// # Errors
@@ -117,7 +117,7 @@ impl Blueprint {
         beyond::check(config, &contract, &ops)?;
         let variables = frontend::action_variables(contract.shape.actions);
         let believed = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
-        Ok(Blueprint {
+        Ok(Settings {
             task: config.task.clone(),
             task_identity: task::identity(&config.task)
                 .map_err(|e| value("task", &config.task, e.to_string()))?,
@@ -424,8 +424,8 @@ mod tests {
     fn every_preset_makes_sense() {
         for preset in presets().expect("well-formed") {
             let config = resolve(&preset, None, &[]).expect("complete");
-            match Blueprint::new(&config) {
-                Ok(blueprint) => assert_eq!(blueprint.contract.observability, preset.observability),
+            match Settings::new(&config) {
+                Ok(settings) => assert_eq!(settings.contract.observability, preset.observability),
                 // Without MuJoCo its tasks are known but cannot be made.
                 Err(e) => assert!(
                     cfg!(not(feature = "mujoco"))
