@@ -29,7 +29,7 @@ use tpg_tasks::task::Rng;
 
 use provenance::Provenance;
 use race::Race;
-use scoring::{Newcomer, Tally};
+use scoring::{Candidate, Tally};
 use tuning::Tuned;
 
 pub use checkpoint::{CheckpointError, Snapshot, load};
@@ -249,18 +249,18 @@ impl Session {
     /// [`SessionError`] where no individual could be scored.
     pub fn advance(&mut self, pool: &mut Pool) -> Result<GenerationReport, SessionError> {
         let started = Instant::now();
-        let mut newcomers = self.make_generation();
+        let mut candidates = self.make_generation();
         self.overhead.variation += started.elapsed();
         let mut tally = Tally::default();
-        let made = newcomers.len();
-        newcomers.extend(self.rise());
-        newcomers.extend(self.elites());
-        newcomers.extend(self.tune(pool, &mut tally));
-        self.score(pool, &newcomers, &mut tally);
+        let made = candidates.len();
+        candidates.extend(self.rise());
+        candidates.extend(self.elites());
+        candidates.extend(self.tune(pool, &mut tally));
+        self.score(pool, &candidates, &mut tally);
         self.learn(pool);
         self.race(pool, &mut tally);
         let scored = Instant::now();
-        let fresh: Vec<f64> = newcomers[..made]
+        let fresh: Vec<f64> = candidates[..made]
             .iter()
             .map(|n| self.records[&n.root].score)
             .collect();
@@ -298,25 +298,25 @@ impl Session {
     }
 
     /// The best roots so far, which are scored again.
-    fn elites(&self) -> Vec<Newcomer> {
+    fn elites(&self) -> Vec<Candidate> {
         let elites = self.settings.elites as usize;
         if elites == 0 {
             return Vec::new();
         }
         let best = self.ranking().into_iter().take(elites);
-        best.map(|(root, _)| self.newcomer(root, root)).collect()
+        best.map(|(root, _)| self.candidate(root, root)).collect()
     }
 
     /// A root that is to be scored; its episodes may be expected to last as those of its `kin`.
-    fn newcomer(&self, root: TeamId, kin: TeamId) -> Newcomer {
-        Newcomer {
+    fn candidate(&self, root: TeamId, kin: TeamId) -> Candidate {
+        Candidate {
             root,
             expected: self.records.get(&kin).map_or(0.0, |r| r.steps_mean),
         }
     }
 
     /// The new roots of this generation: random ones at first, children later.
-    fn make_generation(&mut self) -> Vec<Newcomer> {
+    fn make_generation(&mut self) -> Vec<Candidate> {
         let mut rng = Rng::new(mix64(&[self.seed, self.generation, EVOLUTION_STREAM]));
         let (genes, params) = (&self.settings.genes, &self.settings.params);
         if self.generation == 0 {
@@ -324,7 +324,7 @@ impl Session {
                 self.population = Population::random(genes, params, &mut rng);
             }
             let roots = self.population.roots.iter();
-            return roots.map(|root| self.newcomer(*root, *root)).collect();
+            return roots.map(|root| self.candidate(*root, *root)).collect();
         }
         let variation = Variation {
             genes,
@@ -332,8 +332,8 @@ impl Session {
             scores: &self.scores(),
         };
         let children = variation.children(&mut self.population, &mut rng);
-        let newcomer = |child: &Child| self.newcomer(child.team, child.parent);
-        children.iter().map(newcomer).collect()
+        let candidate = |child: &Child| self.candidate(child.team, child.parent);
+        children.iter().map(candidate).collect()
     }
 
     /// The blob of a root, as it was scored in `generation` with the memory that it found.

@@ -146,9 +146,9 @@ impl Variation<'_> {
         }
         let mut rate = params.add;
         while team.members.len() < params.size.max as usize && rng.chance(rate) {
-            let newcomer = elders.programs[rng.below(elders.programs.len() as u64) as usize];
-            if !team.members.contains(&newcomer) {
-                team.members.push(newcomer);
+            let added = elders.programs[rng.below(elders.programs.len() as u64) as usize];
+            if !team.members.contains(&added) {
+                team.members.push(added);
             }
             rate = if params.repeat {
                 rate * params.add

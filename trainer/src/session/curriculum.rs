@@ -1,6 +1,6 @@
 //! Blackouts that become as frequent as the task says while training goes on.
 
-use super::{Newcomer, Race, Session};
+use super::{Candidate, Race, Session};
 use tpg_tasks::eval::Conditions;
 
 impl Session {
@@ -15,7 +15,7 @@ impl Session {
 
     /// Enters the stage of the curriculum that is due. Scores of an easier stage cannot be compared with those of this
     /// one: where a stage begins they are forgotten, and all who had one are returned, to be scored again.
-    pub(super) fn rise(&mut self) -> Vec<Newcomer> {
+    pub(super) fn rise(&mut self) -> Vec<Candidate> {
         let stage = self.settings.curriculum.stage(self.steps);
         if stage == std::mem::replace(&mut self.stage, stage) {
             return Vec::new();
@@ -23,7 +23,7 @@ impl Session {
         self.exported = None;
         self.race = Race::default();
         let all = std::mem::take(&mut self.records).into_iter();
-        let again = all.map(|(root, record)| Newcomer {
+        let again = all.map(|(root, record)| Candidate {
             root,
             expected: record.steps_mean,
         });

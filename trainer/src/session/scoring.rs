@@ -12,7 +12,7 @@ use crate::pool::{Batch, Pool, Split};
 use tpg_tasks::eval::{Domain, Episode, episode_seed};
 
 /// A root that is to be scored.
-pub(super) struct Newcomer {
+pub(super) struct Candidate {
     pub(super) root: TeamId,
     /// Steps that an episode of it may be expected to take: its parent's mean.
     pub(super) expected: f64,
@@ -84,7 +84,7 @@ impl Record {
 
 impl Session {
     /// Scores new roots on the very bytes that would be exported, and records them.
-    pub(super) fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer], tally: &mut Tally) {
+    pub(super) fn score(&mut self, pool: &mut Pool, candidates: &[Candidate], tally: &mut Tally) {
         let episodes = u64::from(self.settings.episodes);
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
@@ -92,16 +92,16 @@ impl Session {
         match self.settings.contract.reset_scope {
             ResetScope::PerGeneration => {
                 self.memory = None;
-                self.score_in_turn(pool, newcomers, &seeds, tally);
+                self.score_in_turn(pool, candidates, &seeds, tally);
             }
             ResetScope::Original => {
                 let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
                 if self.settings.wipe_on_fall && fallen {
                     self.memory = None;
                 }
-                self.score_in_turn(pool, newcomers, &seeds, tally);
+                self.score_in_turn(pool, candidates, &seeds, tally);
             }
-            _ => self.score_apart(pool, newcomers, &seeds, tally),
+            _ => self.score_apart(pool, candidates, &seeds, tally),
         }
     }
 
@@ -117,13 +117,13 @@ impl Session {
     fn score_apart(
         &mut self,
         pool: &mut Pool,
-        newcomers: &[Newcomer],
+        candidates: &[Candidate],
         seeds: &[u64],
         tally: &mut Tally,
     ) {
-        let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
+        let expected: Vec<f64> = candidates.iter().map(|n| n.expected).collect();
         let make = |k: usize| {
-            let root = newcomers[k].root;
+            let root = candidates[k].root;
             // One that is scored again is what it was: its front end is of the generation that made it.
             let record = self.records.get(&root);
             let generation = record.map_or(self.generation, |r| r.generation);
@@ -138,13 +138,13 @@ impl Session {
             conditions: self.training_conditions(),
             record: self.learner.is_some(),
         });
-        for (newcomer, episodes) in newcomers.iter().zip(results) {
+        for (candidate, episodes) in candidates.iter().zip(results) {
             let record = tally.add(episodes.as_deref(), self.generation, None);
-            let record = match self.records.remove(&newcomer.root) {
+            let record = match self.records.remove(&candidate.root) {
                 Some(before) => before.and(&record),
                 None => record,
             };
-            self.records.insert(newcomer.root, record);
+            self.records.insert(candidate.root, record);
         }
     }
 
@@ -154,11 +154,11 @@ impl Session {
     fn score_in_turn(
         &mut self,
         pool: &mut Pool,
-        newcomers: &[Newcomer],
+        candidates: &[Candidate],
         seeds: &[u64],
         tally: &mut Tally,
     ) {
-        for Newcomer { root, .. } in newcomers {
+        for Candidate { root, .. } in candidates {
             let found = self.memory.clone();
             let blob = self
                 .export(*root, self.generation, found.as_deref(), Mode::Compact)

@@ -162,9 +162,9 @@ fn a_fallen_median_wipes_the_memory() {
         session.advance(&mut pool).expect("a generation");
         assert!(session.memory.is_some(), "nothing was written");
         session.medians = medians;
-        let newcomers = session.make_generation();
-        session.score(&mut pool, &newcomers, &mut Tally::default());
-        let first = &session.records[&newcomers[0].root];
+        let candidates = session.make_generation();
+        session.score(&mut pool, &candidates, &mut Tally::default());
+        let first = &session.records[&candidates[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
     }
 }
@@ -172,13 +172,13 @@ fn a_fallen_median_wipes_the_memory() {
 #[test]
 fn every_agents_own_rule_stands_in_its_blob() {
     let mut session = session("cartpole-evolved-resets");
-    let newcomers = session.make_generation();
+    let candidates = session.make_generation();
     let mut seen = Vec::new();
-    for newcomer in newcomers {
-        let blob = session.export(newcomer.root, 0, None, Mode::Compact);
+    for candidate in candidates {
+        let blob = session.export(candidate.root, 0, None, Mode::Compact);
         let blob = blob.expect("small enough");
         let scope = Policy::load(&blob).expect("valid").header().reset_scope;
-        let rule = session.population.team(newcomer.root).reset_rule;
+        let rule = session.population.team(candidate.root).reset_rule;
         assert_eq!(rule.map(ResetRule::scope), Some(scope));
         seen.push(scope);
     }

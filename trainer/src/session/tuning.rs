@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::Blob;
 use tpg_runtime::rng::mix64;
 
-use super::{Newcomer, Session, Tally};
+use super::{Candidate, Session, Tally};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
 use crate::pool::{Batch, Pool};
@@ -99,11 +99,11 @@ impl Session {
     }
 
     /// Tunes every line and adds what came of it to the population, to be scored with the generation.
-    pub(super) fn tune(&mut self, pool: &mut Pool, tally: &mut Tally) -> Vec<Newcomer> {
-        let mut newcomers = Vec::new();
+    pub(super) fn tune(&mut self, pool: &mut Pool, tally: &mut Tally) -> Vec<Candidate> {
+        let mut candidates = Vec::new();
         self.hold_lines();
         if self.generation == 0 {
-            return newcomers;
+            return candidates;
         }
         let mut rng = Rng::new(mix64(&[self.seed, self.generation, TUNING_STREAM]));
         let mut episode = FIRST_EPISODE;
@@ -112,10 +112,10 @@ impl Session {
             let before = line.root;
             let roots = self.tune_line(line, pool, &mut rng, &mut episode, tally);
             self.population.roots.extend(&roots);
-            newcomers.extend(roots.into_iter().map(|root| self.newcomer(root, before)));
+            candidates.extend(roots.into_iter().map(|root| self.candidate(root, before)));
         }
         self.lines = lines;
-        newcomers
+        candidates
     }
 
     /// Ends lines that have lain behind for too long, and begins new ones at the best agents.
