@@ -52,7 +52,7 @@ impl Variation<'_> {
     }
 
     fn child(&self, population: &mut Population, elders: &Elders, rng: &mut Rng) -> Child {
-        let (parent, mut team) = self.conceive(population, rng);
+        let (parent, mut team) = self.crossover_or_clone(population, rng);
         self.vary_members(population, elders, &mut team, rng);
         self.mutate_programs(population, elders, &mut team, rng);
         // Without such growth nothing is drawn, so that runs of before stay the same.
@@ -92,7 +92,7 @@ impl Variation<'_> {
     }
 
     /// A clone of one parent, or a child of two; with the parent, the first one of two.
-    fn conceive(&self, population: &Population, rng: &mut Rng) -> (TeamId, Team) {
+    fn crossover_or_clone(&self, population: &Population, rng: &mut Rng) -> (TeamId, Team) {
         let params = &self.params.team;
         if rng.chance(params.crossover) {
             for _ in 0..ATTEMPTS {
@@ -380,7 +380,7 @@ mod tests {
             scores: &scores,
         };
         for _ in 0..200 {
-            let (_, child) = variation.conceive(&population, &mut rng);
+            let (_, child) = variation.crossover_or_clone(&population, &mut rng);
             assert!(population.is_team(&child.members, &genes.shape));
             assert!(
                 child
