@@ -29,7 +29,7 @@ use tpg_tasks::task::Rng;
 
 use provenance::Provenance;
 use race::Race;
-use scoring::{Candidate, Tally};
+use scoring::{Candidate, EvalStats};
 use tuning::Tuned;
 
 pub use checkpoint::{CheckpointError, Snapshot, load};
@@ -251,14 +251,14 @@ impl Session {
         let started = Instant::now();
         let mut candidates = self.make_generation();
         self.overhead.variation += started.elapsed();
-        let mut tally = Tally::default();
+        let mut stats = EvalStats::default();
         let made = candidates.len();
         candidates.extend(self.rise());
         candidates.extend(self.elites());
-        candidates.extend(self.tune(pool, &mut tally));
-        self.score(pool, &candidates, &mut tally);
+        candidates.extend(self.tune(pool, &mut stats));
+        self.score(pool, &candidates, &mut stats);
         self.learn(pool);
-        self.race(pool, &mut tally);
+        self.race(pool, &mut stats);
         let scored = Instant::now();
         let fresh: Vec<f64> = candidates[..made]
             .iter()
@@ -275,10 +275,10 @@ impl Session {
         self.forget();
         self.overhead.selection += scored.elapsed();
         self.generation += 1;
-        self.steps += tally.steps;
+        self.steps += stats.steps;
         self.seconds += started.elapsed().as_secs_f64();
         let selected = Instant::now();
-        let report = self.report(&tally);
+        let report = self.report(&stats);
         self.overhead.report += selected.elapsed();
         report
     }
@@ -387,7 +387,7 @@ impl Session {
         }
     }
 
-    fn report(&mut self, tally: &Tally) -> Result<GenerationReport, SessionError> {
+    fn report(&mut self, stats: &EvalStats) -> Result<GenerationReport, SessionError> {
         let root = self.champion().map(|(root, _)| root);
         if let Some(root) = root.filter(|r| self.exported.as_ref().is_none_or(|e| e.root != *r)) {
             let blob = self.lower_champion(Mode::Compact)?;
@@ -423,8 +423,8 @@ impl Session {
             instructions_mean: record.instructions_mean,
             teams: self.population.team_count(),
             programs: self.population.program_count(),
-            unscorable: tally.unscorable,
-            unstable: tally.unstable,
+            unscorable: stats.unscorable,
+            unstable: stats.unstable,
             seconds: self.seconds,
         })
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Session, Tally};
+use super::{EvalStats, Session};
 use crate::evolve::TeamId;
 use crate::lower::Mode;
 use crate::pool::{Batch, Pool};
@@ -65,7 +65,7 @@ impl Race {
 
 impl Session {
     /// Where a race is due, lets the best agents run for champion against the last one.
-    pub(super) fn race(&mut self, pool: &mut Pool, tally: &mut Tally) {
+    pub(super) fn race(&mut self, pool: &mut Pool, stats: &mut EvalStats) {
         let params = self.settings.selection;
         let due = (self.generation + 1).is_multiple_of(u64::from(params.every.max(1)));
         if params.candidates == 0 || !(due || self.race.champion.is_none()) {
@@ -82,7 +82,7 @@ impl Session {
         let mut run = 0;
         while run < last {
             let next = (run + batch).min(last);
-            self.run_on(pool, &runners, run..next, tally);
+            self.run_on(pool, &runners, run..next, stats);
             self.race.thin(&mut runners, next, last);
             run = next;
         }
@@ -95,7 +95,7 @@ impl Session {
         pool: &mut Pool,
         runners: &[TeamId],
         numbers: std::ops::Range<usize>,
-        tally: &mut Tally,
+        stats: &mut EvalStats,
     ) {
         let fresh: Vec<TeamId> = runners
             .iter()
@@ -123,7 +123,7 @@ impl Session {
         });
         for (root, episodes) in fresh.into_iter().zip(results) {
             let Some(episodes) = episodes else { continue };
-            tally.count(&episodes, |e| e.total);
+            stats.count(&episodes, |e| e.total);
             let returns = self.race.returns.entry(root).or_default();
             returns.extend(episodes.iter().map(|e| e.total));
         }

@@ -20,13 +20,13 @@ pub(super) struct Candidate {
 
 /// What scoring a generation came to.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct EvalStats {
     pub(super) steps: u64,
     pub(super) unscorable: u64,
     pub(super) unstable: u64,
 }
 
-impl Tally {
+impl EvalStats {
     /// Counts a team's episodes; none means that it was too large to be scored.
     fn add(
         &mut self,
@@ -84,7 +84,12 @@ impl Record {
 
 impl Session {
     /// Scores new roots on the very bytes that would be exported, and records them.
-    pub(super) fn score(&mut self, pool: &mut Pool, candidates: &[Candidate], tally: &mut Tally) {
+    pub(super) fn score(
+        &mut self,
+        pool: &mut Pool,
+        candidates: &[Candidate],
+        stats: &mut EvalStats,
+    ) {
         let episodes = u64::from(self.settings.episodes);
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
@@ -92,16 +97,16 @@ impl Session {
         match self.settings.contract.reset_scope {
             ResetScope::PerGeneration => {
                 self.memory = None;
-                self.score_in_turn(pool, candidates, &seeds, tally);
+                self.score_in_turn(pool, candidates, &seeds, stats);
             }
             ResetScope::Original => {
                 let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
                 if self.settings.wipe_on_fall && fallen {
                     self.memory = None;
                 }
-                self.score_in_turn(pool, candidates, &seeds, tally);
+                self.score_in_turn(pool, candidates, &seeds, stats);
             }
-            _ => self.score_apart(pool, candidates, &seeds, tally),
+            _ => self.score_apart(pool, candidates, &seeds, stats),
         }
     }
 
@@ -119,7 +124,7 @@ impl Session {
         pool: &mut Pool,
         candidates: &[Candidate],
         seeds: &[u64],
-        tally: &mut Tally,
+        stats: &mut EvalStats,
     ) {
         let expected: Vec<f64> = candidates.iter().map(|n| n.expected).collect();
         let make = |k: usize| {
@@ -139,7 +144,7 @@ impl Session {
             record: self.learner.is_some(),
         });
         for (candidate, episodes) in candidates.iter().zip(results) {
-            let record = tally.add(episodes.as_deref(), self.generation, None);
+            let record = stats.add(episodes.as_deref(), self.generation, None);
             let record = match self.records.remove(&candidate.root) {
                 Some(before) => before.and(&record),
                 None => record,
@@ -156,7 +161,7 @@ impl Session {
         pool: &mut Pool,
         candidates: &[Candidate],
         seeds: &[u64],
-        tally: &mut Tally,
+        stats: &mut EvalStats,
     ) {
         for Candidate { root, .. } in candidates {
             let found = self.memory.clone();
@@ -172,7 +177,7 @@ impl Session {
             if let Some(memory) = memory {
                 self.memory = Some(memory.into());
             }
-            let record = tally.add(episodes.as_deref(), self.generation, found);
+            let record = stats.add(episodes.as_deref(), self.generation, found);
             self.records.insert(*root, record);
         }
     }

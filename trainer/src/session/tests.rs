@@ -3,7 +3,7 @@
 use tpg_runtime::blob::ResetScope;
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
-use super::{Session, Tally};
+use super::{EvalStats, Session};
 use crate::config::{Preset, resolve};
 use crate::evolve::{ResetRule, TeamId};
 use crate::lower::Mode;
@@ -163,7 +163,7 @@ fn a_fallen_median_wipes_the_memory() {
         assert!(session.memory.is_some(), "nothing was written");
         session.medians = medians;
         let candidates = session.make_generation();
-        session.score(&mut pool, &candidates, &mut Tally::default());
+        session.score(&mut pool, &candidates, &mut EvalStats::default());
         let first = &session.records[&candidates[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
     }

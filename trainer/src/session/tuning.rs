@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::Blob;
 use tpg_runtime::rng::mix64;
 
-use super::{Candidate, Session, Tally};
+use super::{Candidate, EvalStats, Session};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
 use crate::pool::{Batch, Pool};
@@ -99,7 +99,7 @@ impl Session {
     }
 
     /// Tunes every line and adds what came of it to the population, to be scored with the generation.
-    pub(super) fn tune(&mut self, pool: &mut Pool, tally: &mut Tally) -> Vec<Candidate> {
+    pub(super) fn tune(&mut self, pool: &mut Pool, stats: &mut EvalStats) -> Vec<Candidate> {
         let mut candidates = Vec::new();
         self.hold_lines();
         if self.generation == 0 {
@@ -110,7 +110,7 @@ impl Session {
         let mut lines = std::mem::take(&mut self.lines);
         for line in &mut lines {
             let before = line.root;
-            let roots = self.tune_line(line, pool, &mut rng, &mut episode, tally);
+            let roots = self.tune_line(line, pool, &mut rng, &mut episode, stats);
             self.population.roots.extend(&roots);
             candidates.extend(roots.into_iter().map(|root| self.candidate(root, before)));
         }
@@ -171,7 +171,7 @@ impl Session {
         pool: &mut Pool,
         rng: &mut Rng,
         episode: &mut u64,
-        tally: &mut Tally,
+        stats: &mut EvalStats,
     ) -> Vec<TeamId> {
         let params = self.settings.tuning;
         let due = |after: u32| after > 0 && line.iterations >= u64::from(after);
@@ -192,7 +192,7 @@ impl Session {
         for _ in 0..params.iterations {
             let cooled = params.cooled(line.iterations);
             let search = Search::new(&cooled, &values, rng);
-            let trials = self.try_directions(&search, &tunable, pool, episode, tally);
+            let trials = self.try_directions(&search, &tunable, pool, episode, stats);
             line.judge(&trials);
             values = search.step(&trials);
             line.mean.push(&values);
@@ -268,7 +268,7 @@ impl Session {
         tunable: &Tunable,
         pool: &mut Pool,
         episode: &mut u64,
-        tally: &mut Tally,
+        stats: &mut EvalStats,
     ) -> Vec<Trial> {
         let params = &self.settings.tuning;
         let (directions, episodes) = (params.directions as usize, params.episodes as usize);
@@ -290,7 +290,7 @@ impl Session {
         let fitness: Vec<f64> = results
             .iter()
             .map(|episodes| match episodes {
-                Some(episodes) => tally.count(episodes, |e| e.shaped),
+                Some(episodes) => stats.count(episodes, |e| e.shaped),
                 None => f64::NEG_INFINITY,
             })
             .collect();
@@ -325,7 +325,7 @@ impl Session {
     }
 }
 
-impl Tally {
+impl EvalStats {
     /// Counts episodes that score nobody in particular, and returns their mean.
     pub(super) fn count(&mut self, episodes: &[Episode], value: fn(&Episode) -> f64) -> f64 {
         self.steps += episodes.iter().map(|e| u64::from(e.steps)).sum::<u64>();
