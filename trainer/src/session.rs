@@ -253,7 +253,7 @@ impl Session {
         self.overhead.variation += started.elapsed();
         let mut stats = EvalStats::default();
         let made = candidates.len();
-        candidates.extend(self.rise());
+        candidates.extend(self.advance_curriculum());
         candidates.extend(self.elites());
         candidates.extend(self.tune(pool, &mut stats));
         self.score(pool, &candidates, &mut stats);

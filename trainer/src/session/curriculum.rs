@@ -15,7 +15,7 @@ impl Session {
 
     /// Enters the stage of the curriculum that is due. Scores of an easier stage cannot be compared with those of this
     /// one: where a stage begins they are forgotten, and all who had one are returned, to be scored again.
-    pub(super) fn rise(&mut self) -> Vec<Candidate> {
+    pub(super) fn advance_curriculum(&mut self) -> Vec<Candidate> {
         let stage = self.settings.curriculum.stage(self.steps);
         if stage == std::mem::replace(&mut self.stage, stage) {
             return Vec::new();
