@@ -101,8 +101,8 @@ fn after_their_trial_one_of_the_lines_goes_on() {
     let mut lines = Vec::new();
     let mut best = None;
     for _ in 0..5 {
-        let forms = session.lines.iter().filter_map(|line| line.form);
-        best = forms.max_by(f64::total_cmp).or(best);
+        let averages = session.lines.iter().filter_map(|line| line.trial_average);
+        best = averages.max_by(f64::total_cmp).or(best);
         session.advance(&mut pool).expect("a generation");
         lines.push(session.lines.len());
     }

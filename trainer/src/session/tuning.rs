@@ -17,8 +17,8 @@ use tpg_tasks::task::Rng;
 const TUNING_STREAM: u64 = 5;
 /// Number of a generation's first episode of tuning: the scores' own are numbered from 0.
 const FIRST_EPISODE: u64 = 1 << 32;
-/// Weight of an iteration in a line's form.
-const FORM: f64 = 0.1;
+/// Weight of an iteration in a line's trial_average.
+const TRIAL_WEIGHT: f64 = 0.1;
 
 /// A line: the agent that is tuned, which selection does not drop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +33,7 @@ pub(super) struct Tuned {
     /// Generations for which it has lain behind the best agent.
     behind: u32,
     /// Moving average of what all of its trials scored, which the few episodes of its own score would leave to luck.
-    pub(super) form: Option<f64>,
+    pub(super) trial_average: Option<f64>,
 }
 
 impl Tuned {
@@ -46,18 +46,18 @@ impl Tuned {
             grown: false,
             remembers: false,
             behind: 0,
-            form: None,
+            trial_average: None,
         }
     }
 
-    /// Takes an iteration's trials into its form; those without a score tell nothing.
-    fn judge(&mut self, trials: &[Trial]) {
+    /// Takes an iteration's trials into its trial_average; those without a score tell nothing.
+    fn update_trial_average(&mut self, trials: &[Trial]) {
         let scores = trials.iter().flat_map(|t| [t.forwards, t.backwards]);
         let scores: Vec<f64> = scores.filter(|score| score.is_finite()).collect();
         if !scores.is_empty() {
             let score = mean(&scores);
-            let before = self.form.unwrap_or(score);
-            self.form = Some(before + FORM * (score - before));
+            let before = self.trial_average.unwrap_or(score);
+            self.trial_average = Some(before + TRIAL_WEIGHT * (score - before));
         }
     }
 
@@ -146,9 +146,10 @@ impl Session {
         let longest = self.lines.iter().map(|line| line.iterations).max();
         let wanted = params.lines_after(longest.unwrap_or(0)) as usize;
         if self.lines.len() > wanted {
-            let form = |line: &Tuned| line.form.unwrap_or(f64::NEG_INFINITY);
+            let trial_average = |line: &Tuned| line.trial_average.unwrap_or(f64::NEG_INFINITY);
             // A stable sort: of equals the older line goes on.
-            self.lines.sort_by(|a, b| form(b).total_cmp(&form(a)));
+            self.lines
+                .sort_by(|a, b| trial_average(b).total_cmp(&trial_average(a)));
             self.lines.truncate(wanted);
         }
         if params.patience > 0 {
@@ -193,7 +194,7 @@ impl Session {
             let cooled = params.cooled(line.iterations);
             let search = Search::new(&cooled, &values, rng);
             let trials = self.try_directions(&search, &tunable, pool, episode, stats);
-            line.judge(&trials);
+            line.update_trial_average(&trials);
             values = search.step(&trials);
             line.mean.push(&values);
             line.iterations += 1;
@@ -340,17 +341,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_form_is_the_mean_of_trials_that_moves() {
+    fn the_trial_average_moves_with_the_mean_of_the_trials() {
         let mut line = Tuned::new(TeamId(1));
         let trial = |forwards, backwards| Trial {
             forwards,
             backwards,
         };
-        line.judge(&[trial(f64::NEG_INFINITY, f64::NEG_INFINITY)]);
-        assert_eq!(line.form, None);
-        line.judge(&[trial(1.0, 3.0), trial(f64::NEG_INFINITY, 5.0)]);
-        assert_eq!(line.form, Some(3.0));
-        line.judge(&[trial(13.0, 13.0)]);
-        assert_eq!(line.form, Some(3.0 + FORM * 10.0));
+        line.update_trial_average(&[trial(f64::NEG_INFINITY, f64::NEG_INFINITY)]);
+        assert_eq!(line.trial_average, None);
+        line.update_trial_average(&[trial(1.0, 3.0), trial(f64::NEG_INFINITY, 5.0)]);
+        assert_eq!(line.trial_average, Some(3.0));
+        line.update_trial_average(&[trial(13.0, 13.0)]);
+        assert_eq!(line.trial_average, Some(3.0 + TRIAL_WEIGHT * 10.0));
     }
 }
