@@ -37,7 +37,7 @@ impl Race {
     ///
     /// Who lies behind is judged by the differences on the same episodes. One that ran them all in an earlier race stays to the
     /// end: it costs nothing, and its few first episodes tell less than what is known of it.
-    fn thin(&self, runners: &mut Vec<TeamId>, episodes: usize, last: usize) {
+    fn eliminate(&self, runners: &mut Vec<TeamId>, episodes: usize, last: usize) {
         let returns = |root: TeamId| self.returns.get(&root).and_then(|r| r.get(..episodes));
         runners.retain(|root| returns(*root).is_some());
         let key = |root: &TeamId| returns(*root).map_or(f64::NEG_INFINITY, mean);
@@ -83,7 +83,7 @@ impl Session {
         while run < last {
             let next = (run + batch).min(last);
             self.run_on(pool, &runners, run..next, stats);
-            self.race.thin(&mut runners, next, last);
+            self.race.eliminate(&mut runners, next, last);
             run = next;
         }
         self.race.champion = runners.first().copied().or(self.race.champion);
@@ -150,7 +150,7 @@ mod tests {
             returns: returns.map(|(id, r)| (TeamId(id), r)).into(),
         };
         let mut runners = vec![TeamId(2), TeamId(3), TeamId(1), TeamId(4)];
-        race.thin(&mut runners, 4, 8);
+        race.eliminate(&mut runners, 4, 8);
         assert_eq!(runners, [TeamId(1), TeamId(3)]);
         assert_eq!(race.mean(TeamId(1)), Some(11.5));
     }
@@ -166,9 +166,9 @@ mod tests {
             returns: returns.map(|(id, r)| (TeamId(id), r)).into(),
         };
         let mut runners = vec![TeamId(1), TeamId(2)];
-        race.thin(&mut runners, 2, 4);
+        race.eliminate(&mut runners, 2, 4);
         assert_eq!(runners, [TeamId(2), TeamId(1)]);
-        race.thin(&mut runners, 4, 4);
+        race.eliminate(&mut runners, 4, 4);
         assert_eq!(runners.first(), Some(&TeamId(1)));
     }
 }
