@@ -3,8 +3,6 @@
 //! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `isa!`.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
-use crate::tables::Section;
-
 /// Number of registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
 /// Slots of each section of a team's shared memory (thesis §3.4.2).
@@ -25,6 +23,33 @@ impl core::fmt::Display for CellName {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let columns = REGISTERS as u16;
         write!(f, "cell[{},{}]", self.0 / columns, self.0 % columns)
+    }
+}
+
+/// A kind of register, and the section of a team's shared memory that holds values of this kind (thesis §3.4.2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Section {
+    /// Registers and slots that hold one scalar.
+    Scalar = 0,
+    /// Registers and slots that hold a vector of W elements.
+    Vector = 1,
+    /// Registers and slots that hold a matrix of W × W elements.
+    Matrix = 2,
+}
+
+impl Section {
+    /// The three kinds, in the order in which they lie in the state.
+    pub const ALL: [Section; 3] = [Section::Scalar, Section::Vector, Section::Matrix];
+
+    /// State words of one register or slot at vector width `width`.
+    #[must_use]
+    pub const fn slot_words(self, width: usize) -> usize {
+        match self {
+            Section::Scalar => 1,
+            Section::Vector => width,
+            Section::Matrix => width * width,
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Every record has a fixed width, is little-endian and is read in place, at any alignment.
 
+pub use crate::isa::Section;
 use crate::isa::{Op, REGISTERS, SLOTS};
 
 /// Number of a team in its policy; the root team is 0.
@@ -38,33 +39,6 @@ impl Target {
         match self {
             Target::Atomic(action) => Self::ATOMIC | (action & Self::MAX),
             Target::Team(TeamId(team)) => team & Self::MAX,
-        }
-    }
-}
-
-/// One of the three sections of a team's shared memory (thesis §3.4.2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Section {
-    /// Slots that hold one scalar.
-    Scalar = 0,
-    /// Slots that hold a vector.
-    Vector = 1,
-    /// Slots that hold a matrix.
-    Matrix = 2,
-}
-
-impl Section {
-    /// The sections in the order of their place in memory.
-    pub const ALL: [Section; 3] = [Section::Scalar, Section::Vector, Section::Matrix];
-
-    /// Words that one slot takes at vector width `width`.
-    #[must_use]
-    pub const fn slot_words(self, width: usize) -> usize {
-        match self {
-            Section::Scalar => 1,
-            Section::Vector => width,
-            Section::Matrix => width * width,
         }
     }
 }

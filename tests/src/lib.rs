@@ -3,10 +3,10 @@
 pub mod draft;
 pub mod firmware;
 pub mod fixtures;
+pub mod front_end;
 pub mod golden;
 pub mod graphs;
 pub mod ops;
-pub mod perception;
 pub mod process;
 pub mod random;
 pub mod samples;

@@ -3,7 +3,7 @@
 use tpg_runtime::blob::{
     ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
 };
-use tpg_runtime::frontend::Blank;
+use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::{Destination, Group, INDEXED_CELLS, Op, Operand};
 use tpg_runtime::rng::mix64;
 use tpg_runtime::tables::{Instruction, Section, Target, Team, TeamId};
@@ -11,7 +11,7 @@ use tpg_runtime::tables::{Instruction, Section, Target, Team, TeamId};
 use tpg_runtime::Header;
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction};
-use crate::perception::front_end;
+use crate::front_end::front_end;
 
 /// Draws from a seed, the same everywhere.
 #[derive(Debug, Clone)]
@@ -86,14 +86,19 @@ pub fn perceiving_policy(seed: u64) -> Draft {
         let mut columns: Vec<u16> = (0..header.observation_len)
             .filter(|_| dice.below(3) > 0)
             .collect();
-        let blank = dice.pick(&[Blank::Zero, Blank::Hold, Blank::Believe, Blank::Believe]);
-        if blank != Blank::Believe {
+        let fallback = dice.pick(&[
+            Fallback::Zero,
+            Fallback::Hold,
+            Fallback::Model,
+            Fallback::Model,
+        ]);
+        if fallback != Fallback::Model {
             columns.clear();
         } else if columns.is_empty() {
             columns.push(0);
         }
         let degree = columns.first().map_or(0, |_| dice.within(1, 3) as u8);
-        front_end(header, blank, degree, &columns, || dice.number())
+        front_end(header, fallback, degree, &columns, || dice.number())
     })
 }
 

@@ -167,7 +167,7 @@ pub struct Header {
     pub memory_model: MemoryModel,
     /// With what probabilities writes reach the slots or cells of memory.
     pub write_distribution: WriteDistribution,
-    /// State words of its own that the policy's [front end](crate::frontend) has; `None` without a front end.
+    /// State words of its own that the policy's [front end](crate::front_end) has; `None` without a front end.
     ///
     /// A header with one is of format version 2, the others of version 1.
     pub front_end: Option<u16>,

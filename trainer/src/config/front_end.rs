@@ -1,6 +1,6 @@
 //! Checks of the settings of learned front ends.
 
-use tpg_runtime::frontend::{MAX_DEGREE, monomials};
+use tpg_runtime::front_end::{MAX_DEGREE, monomials};
 
 use super::ConfigError;
 use super::layers::nearest;

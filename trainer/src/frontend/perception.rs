@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Header;
-use tpg_runtime::frontend::{Blank, FrontEnd};
+use tpg_runtime::front_end::{Fallback, FrontEnd};
 
 /// A front end: its numbers are those that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,10 +44,10 @@ impl Perception {
         let coefficients = model.map_or_else(Vec::new, |m| bytes(&m.coefficients));
         header.front_end = None;
         let front_end = FrontEnd {
-            blank: match (model, self.hold) {
-                (Some(_), _) => Blank::Believe,
-                (None, true) => Blank::Hold,
-                (None, false) => Blank::Zero,
+            fallback: match (model, self.hold) {
+                (Some(_), _) => Fallback::Model,
+                (None, true) => Fallback::Hold,
+                (None, false) => Fallback::Zero,
             },
             degree: model.map_or(0, |m| m.degree),
             // Too long a window is refused by its own limit.

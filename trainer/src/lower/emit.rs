@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use tpg_runtime::Header;
 use tpg_runtime::blob::{self, EncodeError, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
+use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
 use super::Mode;
@@ -263,16 +264,15 @@ impl<'a> Emitter<'a> {
     ) -> Result<(), LowerError> {
         let counts = Section::ALL.map(|s| registers.of(s).count_ones() as u8);
         let layout = Layout {
-            start: self.words,
+            map: RegisterMap::new(&self.header, self.words, counts),
             registers,
-            width: self.width(),
             offset: usize::from(program.offset),
             cells_start,
             cells: &self.kept.cells,
         };
         let output = match self.contract.shape.output_section() {
             Some(section) if program.is_atomic() => layout.register(section, 1),
-            _ => layout.start,
+            _ => self.words,
         };
         let constants_start = self.constants(&program.constants, registers);
         let record = tables::Program {
@@ -280,7 +280,7 @@ impl<'a> Emitter<'a> {
             code_len: small("instructions of a program", code.len())?,
             target,
             constants_start,
-            state_start: small("state words", layout.start)?,
+            state_start: small("state words", self.words)?,
             output: small("state words", output)?,
             registers: counts,
         };
@@ -373,9 +373,8 @@ impl<'a> Emitter<'a> {
 
 /// Where a program's registers and what it reads lie in the state.
 struct Layout<'a> {
-    start: usize,
+    map: RegisterMap,
     registers: Registers,
-    width: usize,
     offset: usize,
     cells_start: usize,
     cells: &'a [u16],
@@ -384,13 +383,8 @@ struct Layout<'a> {
 impl Layout<'_> {
     /// State offset of a kept register.
     fn register(&self, section: Section, register: u8) -> usize {
-        let before: usize = Section::ALL
-            .iter()
-            .take(section as usize)
-            .map(|s| self.registers.of(*s).count_ones() as usize * s.slot_words(self.width))
-            .sum();
         let lower = self.registers.of(section) & ((1u8 << register) - 1);
-        self.start + before + lower.count_ones() as usize * section.slot_words(self.width)
+        self.map.first_word(section, lower.count_ones() as usize)
     }
 
     fn source(&self, kind: Operand, source: &Source) -> usize {
