@@ -7,7 +7,7 @@ mod preset;
 mod schema;
 mod settings;
 
-pub use layers::{ConfigError, leaves, nearest, resolve};
+pub use layers::{ConfigError, differences, leaves, nearest, resolve};
 pub use preset::{Preset, presets};
 pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, SelectionParams};
 pub use settings::Settings;

@@ -2,8 +2,10 @@
 pub mod config;
 mod defaults;
 pub mod evolve;
+pub mod files;
 pub mod frontend;
 pub mod lower;
+pub mod monitor;
 pub mod pool;
 pub mod run_folder;
 pub mod session;

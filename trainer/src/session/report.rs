@@ -35,6 +35,9 @@ pub struct GenerationReport {
     pub unscorable: u64,
     /// Episodes that an unstable simulation ended.
     pub unstable: u64,
+    /// Episodes of this generation, races and tuning included; no column.
+    #[serde(skip)]
+    pub episodes: u64,
     /// Seconds of training so far; the only column that differs between equal runs.
     pub seconds: f64,
 }
