@@ -30,7 +30,7 @@ use tpg_tasks::task::Rng;
 use provenance::Provenance;
 use race::Race;
 use scoring::{Candidate, EvalStats};
-use tuning::Tuned;
+use tuning::Lineage;
 
 pub use checkpoint::{CheckpointError, Snapshot, load};
 pub use report::{GenerationReport, LOG_COLUMNS};
@@ -127,7 +127,7 @@ pub struct Session {
     medians: [Option<f64>; 2],
     exported: Option<Exported>,
     overhead: Overhead,
-    lines: Vec<Tuned>,
+    lineages: Vec<Lineage>,
     race: Race,
     /// Stage of the curriculum in which scores were found.
     stage: u32,
@@ -177,7 +177,7 @@ impl Session {
             medians: [None; 2],
             exported: None,
             overhead: Overhead::default(),
-            lines: Vec::new(),
+            lineages: Vec::new(),
             race: Race::default(),
             stage: 0,
         })

@@ -32,7 +32,7 @@ pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<
     }
     let again = [
         ("evaluation.elites", config.evaluation.elites),
-        ("tuning.lines", config.tuning.lines),
+        ("tuning.lines", config.tuning.lineages),
         ("selection.candidates", config.selection.candidates),
     ];
     for (key, number) in again {
@@ -149,12 +149,12 @@ fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigEr
 }
 
 fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), ConfigError> {
-    if tuning.lines == 0 {
+    if tuning.lineages == 0 {
         return Ok(());
     }
     if contract.initial_values == InitialValues::Zero {
         let why = "there are no constants to tune with policy.initial-values = \"zero\"";
-        return Err(value("tuning.lines", &tuning.lines.to_string(), why));
+        return Err(value("tuning.lines", &tuning.lineages.to_string(), why));
     }
     let positive = [
         ("tuning.iterations", tuning.iterations),
@@ -176,7 +176,7 @@ fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), Config
     }
     if tuning.halve && tuning.one_after == 0 {
         let why =
-            "needs tuning.one-after, the iterations in which lines are halved until one is left";
+            "needs tuning.one-after, the iterations in which lineages are halved until one is left";
         return Err(value("tuning.halve", "true", why));
     }
     if !(tuning.margin >= 0.0 && tuning.margin.is_finite()) {

@@ -345,7 +345,7 @@ fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Resul
 fn check_params(config: &Config) -> Result<(), ConfigError> {
     let params = &config.evolution;
     // Tuning alone needs no children.
-    let children = params.children.max(config.tuning.lines);
+    let children = params.children.max(config.tuning.lineages);
     let positive = [
         ("evaluation.episodes", config.evaluation.episodes),
         ("evolution.population", params.population),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::{Race, Record, Session, Tuned};
+use super::{Lineage, Race, Record, Session};
 use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRule, Team, TeamId};
 use crate::frontend::Learner;
@@ -76,7 +76,7 @@ struct Stored {
     teams: Vec<StoredTeam>,
     programs: Vec<StoredProgram>,
     constants: Vec<Arc<[f32]>>,
-    lines: Vec<Tuned>,
+    lineages: Vec<Lineage>,
     race: Race,
     stage: u32,
     learner: Option<Learner>,
@@ -111,7 +111,7 @@ pub struct Snapshot {
     records: Vec<(TeamId, Record)>,
     memory: Option<Arc<[f32]>>,
     medians: [Option<f64>; 2],
-    lines: Vec<Tuned>,
+    lineages: Vec<Lineage>,
     race: Race,
     stage: u32,
     learner: Option<Learner>,
@@ -132,7 +132,7 @@ impl Snapshot {
             records: records.map(|(id, r)| (*id, r.clone())).collect(),
             memory: session.memory.clone(),
             medians: session.medians,
-            lines: session.lines.clone(),
+            lineages: session.lineages.clone(),
             race: session.race.clone(),
             stage: session.stage,
             learner: session.learner.clone(),
@@ -203,7 +203,7 @@ impl Snapshot {
             teams,
             programs,
             constants: blocks.blocks,
-            lines: self.lines,
+            lineages: self.lineages,
             race: self.race,
             stage: self.stage,
             learner: self.learner,
@@ -285,7 +285,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
         population.teams.insert(team.id, Arc::new(restored));
     }
     let records: BTreeMap<TeamId, Record> = stored.records.into_iter().collect();
-    let tuned = stored.lines.iter().flat_map(Tuned::roots);
+    let tuned = stored.lineages.iter().flat_map(Lineage::roots);
     let mut roots = tuned
         .chain(stored.race.champion)
         .chain(population.roots.iter().copied());
@@ -300,7 +300,7 @@ fn restore(stored: Stored) -> Result<Session, String> {
         records,
         memory: stored.memory,
         medians: stored.medians,
-        lines: stored.lines,
+        lineages: stored.lineages,
         race: stored.race,
         stage: stored.stage,
         learner: stored.learner,
