@@ -2,7 +2,7 @@
 
 mod checkpoint;
 mod curriculum;
-mod perception;
+mod front_end;
 mod provenance;
 mod race;
 mod report;
@@ -163,7 +163,7 @@ impl Session {
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
         let settings = Settings::new(&config)?;
         Ok(Session {
-            learner: perception::learner(&settings),
+            learner: front_end::learner(&settings),
             provenance: Provenance::new(&config, &settings.task_identity, seed),
             config,
             settings,
@@ -344,9 +344,16 @@ impl Session {
         memory: Option<&[f32]>,
         mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
-        let contract = self.contract(generation);
+        let policy_spec = self.policy_spec(generation);
         let provenance = self.provenance.of(generation);
-        lower(&self.population, root, &contract, provenance, memory, mode)
+        lower(
+            &self.population,
+            root,
+            &policy_spec,
+            provenance,
+            memory,
+            mode,
+        )
     }
 
     /// The winner of the last race, else the best root in training, ties to the older, with its record.

@@ -250,7 +250,7 @@ impl Session {
         let template = self
             .export(root, self.generation, None, Mode::Compact)
             .ok()?;
-        let sites = constant_sites(&self.population, root, &self.settings.contract);
+        let sites = constant_sites(&self.population, root, &self.settings.policy_spec);
         let blob = Blob::decode(&template).ok()?;
         let constants = blob.tables().constants.iter();
         let table: Vec<f32> = constants.map(|x| f32::from_le_bytes(*x)).collect();
