@@ -2,7 +2,7 @@
 pub mod config;
 mod defaults;
 pub mod evolve;
-pub mod frontend;
+pub mod front_end;
 pub mod lower;
 pub mod pool;
 pub mod run_folder;

@@ -22,7 +22,7 @@ use tpg_runtime::rng::mix64;
 
 use crate::config::{Config, ConfigError, Settings};
 use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
-use crate::frontend::Learner;
+use crate::front_end::Learner;
 use crate::lower::{LowerError, Mode, lower};
 use crate::pool::Pool;
 use tpg_tasks::task::Rng;

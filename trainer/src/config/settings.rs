@@ -7,7 +7,7 @@ use tpg_runtime::tables::Section;
 use super::layers::nearest;
 use super::{Config, ConfigError, Curriculum, SelectionParams, beyond, front_end};
 use crate::evolve::{ActionPrograms, EvolutionParams, Genes, Shape, SizeRange};
-use crate::frontend::{self, FrontEndParams};
+use crate::front_end::{FrontEndParams, action_variables};
 use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
 use tpg_tasks::eval::{Arena, Shaping};
@@ -47,7 +47,7 @@ pub struct Settings {
     /// What policies learn to perceive.
     pub front_end: FrontEndParams,
     /// The columns that a front end's model describes; `None` if the data choose them.
-    pub believed: Option<Vec<u16>>,
+    pub front_end_columns: Option<Vec<u16>>,
 }
 
 impl Settings {
@@ -115,8 +115,8 @@ impl Settings {
         check_params(config)?;
         let ops = ops(&groups, &policy.memory_sections, policy_spec.memory_model)?;
         beyond::check(config, &policy_spec, &ops)?;
-        let variables = frontend::action_variables(policy_spec.shape.actions);
-        let believed = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
+        let variables = action_variables(policy_spec.shape.actions);
+        let front_end_columns = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
         Ok(Settings {
             task: config.task.clone(),
             task_identity: task::identity(&config.task)
@@ -140,7 +140,7 @@ impl Settings {
             tuning: config.tuning,
             selection: config.selection,
             front_end: config.front_end.clone(),
-            believed,
+            front_end_columns,
         })
     }
 

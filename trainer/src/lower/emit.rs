@@ -199,7 +199,7 @@ impl<'a> Emitter<'a> {
     ) -> Result<Self, LowerError> {
         let mut header = header(policy_spec, graph, kept)?;
         let front_end = match &policy_spec.front_end {
-            Some(perception) => perception.section(&mut header),
+            Some(front_end) => front_end.section(&mut header),
             None => Vec::new(),
         };
         let mut emitter = Emitter {

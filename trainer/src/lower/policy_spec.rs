@@ -12,7 +12,7 @@ use tpg_runtime::tables::Target;
 use super::emit::{LowerError, limit, small};
 use super::liveness::{Graph, Kept};
 use crate::evolve::{ActionPrograms, ResetRule, Shape};
-use crate::frontend::Perception;
+use crate::front_end::LearnedFrontEnd;
 use tpg_tasks::task::ActionSpace;
 
 /// What a blob says apart from the graph.
@@ -39,7 +39,7 @@ pub struct PolicySpec {
     /// With what probabilities writes reach the slots or cells of memory.
     pub write_distribution: WriteDistribution,
     /// What happens to observations before programs see them.
-    pub front_end: Option<Arc<Perception>>,
+    pub front_end: Option<Arc<LearnedFrontEnd>>,
 }
 
 impl PolicySpec {

@@ -11,7 +11,7 @@ use sha2::{Digest as _, Sha256};
 use super::{Lineage, Race, Record, Session};
 use crate::config::Config;
 use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRule, Team, TeamId};
-use crate::frontend::Learner;
+use crate::front_end::Learner;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
 const VERSION: u32 = 4;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::Session;
 use crate::config::Settings;
-use crate::frontend::Learner;
+use crate::front_end::Learner;
 use crate::lower::PolicySpec;
 use crate::pool::Pool;
 
@@ -12,7 +12,7 @@ use crate::pool::Pool;
 pub(super) fn learner(settings: &Settings) -> Option<Learner> {
     let params = &settings.front_end;
     let inputs = usize::from(settings.policy_spec.shape.inputs);
-    (params.is_on()).then(|| Learner::new(params, inputs, settings.believed.clone()))
+    (params.is_on()).then(|| Learner::new(params, inputs, settings.front_end_columns.clone()))
 }
 
 impl Session {
@@ -21,8 +21,8 @@ impl Session {
         let policy_spec = &self.settings.policy_spec;
         match self.learner.as_ref().and_then(|l| l.of(generation)) {
             None => Cow::Borrowed(policy_spec),
-            Some(perception) => Cow::Owned(PolicySpec {
-                front_end: Some(perception.clone()),
+            Some(front_end) => Cow::Owned(PolicySpec {
+                front_end: Some(front_end.clone()),
                 ..policy_spec.clone()
             }),
         }
