@@ -7,7 +7,7 @@ use tpg_runtime::{Action, HostAgent, Policy, Reset};
 use tpg_tasks::eval::Arena;
 use tpg_tasks::task::{ActionSpace, Rng, Task, create, names};
 use tpg_trainer::config::{Preset, Settings, resolve};
-use tpg_trainer::frontend::{Moments, Recorded, Recorder};
+use tpg_trainer::front_end::{Moments, Recorded, Recorder};
 use tpg_trainer::session::Session;
 
 thread_local! {

@@ -198,7 +198,7 @@ fn planted_faults_are_found() {
             "fn f(x: f64) -> f64 { libm::sin(x) }",
         ),
         (
-            "trainer/src/frontend/x.rs",
+            "trainer/src/front_end/x.rs",
             "fn f(x: f64) -> f64 { libm::exp(x) }",
         ),
         (

@@ -3,7 +3,7 @@ pub mod config;
 mod defaults;
 pub mod evolve;
 pub mod files;
-pub mod frontend;
+pub mod front_end;
 pub mod lower;
 pub mod monitor;
 pub mod pool;

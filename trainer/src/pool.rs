@@ -8,7 +8,7 @@ use tpg_runtime::{HostAgent, Policy, Reset};
 
 use tpg_tasks::eval::{Arena, Conditions, Episode};
 
-use crate::frontend::{Recorded, Recorder, Recording};
+use crate::front_end::{Recorded, Recorder, Recording};
 use crate::monitor::{EndedEarly, Monitor, Stoppable, Stopped};
 
 /// How far a policy's evaluation can be split among threads without changing it.

@@ -2,7 +2,7 @@
 
 mod checkpoint;
 mod curriculum;
-mod perception;
+mod front_end;
 mod provenance;
 mod race;
 mod report;
@@ -22,7 +22,7 @@ use tpg_runtime::rng::mix64;
 
 use crate::config::{Config, ConfigError, Settings};
 use crate::evolve::{Child, Population, TeamId, Variation, select};
-use crate::frontend::Learner;
+use crate::front_end::Learner;
 use crate::lower::{LowerError, Mode, lower};
 use crate::monitor::Stopped;
 use crate::pool::Pool;
@@ -147,7 +147,7 @@ impl Session {
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
         let settings = Settings::new(&config)?;
         Ok(Session {
-            learner: perception::learner(&settings),
+            learner: front_end::learner(&settings),
             provenance: Provenance::new(&config, &settings.task_identity, seed),
             config,
             settings,
@@ -325,12 +325,12 @@ impl Session {
         memory: Option<&[f32]>,
         mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
-        let contract = self.contract(generation);
+        let policy_spec = self.policy_spec(generation);
         let provenance = self.provenance.of(generation);
         lower(
             &self.state.population,
             root,
-            &contract,
+            &policy_spec,
             provenance,
             memory,
             mode,

@@ -54,8 +54,8 @@ pub fn population(config: &Config, size: Size, seed: u64) -> Population {
         population.roots.push(root);
     }
     let root = population.roots[0];
-    let contract = &settings.contract;
-    let blob = lower(&population, root, contract, [0; 16], None, Mode::Compact);
+    let policy_spec = &settings.policy_spec;
+    let blob = lower(&population, root, policy_spec, [0; 16], None, Mode::Compact);
     let blob = blob.expect("within the format's limits");
     let policy = Policy::load(&blob).expect("a sound policy");
     let expected = (size.programs * size.instructions) as u32;

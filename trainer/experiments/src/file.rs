@@ -352,7 +352,7 @@ impl Experiment {
             config_hash: hash(&config),
             config,
             budget: *self.budgets.get(task).unwrap_or(&self.budget),
-            has_memory: settings.contract.memory_model != MemoryModel::None,
+            has_memory: settings.policy_spec.memory_model != MemoryModel::None,
         })
     }
 }

@@ -7,8 +7,8 @@ use tpg_runtime::tables::Section;
 use super::layers::nearest;
 use super::{Config, ConfigError, Curriculum, SelectionParams, beyond, front_end};
 use crate::evolve::{ActionPrograms, EvolutionParams, Genes, Shape, SizeRange};
-use crate::frontend::{self, FrontEndParams};
-use crate::lower::Contract;
+use crate::front_end::{FrontEndParams, action_variables};
+use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
 use tpg_tasks::eval::{Arena, Shaping};
 use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
@@ -23,7 +23,7 @@ pub struct Settings {
     /// What genes programs have.
     pub genes: Genes,
     /// What exported policies say of themselves.
-    pub contract: Contract,
+    pub policy_spec: PolicySpec,
     /// What policies see.
     pub observability: Vec<Observability>,
     /// Whether the population's memory is wiped when the median score falls (T §2.7).
@@ -47,7 +47,7 @@ pub struct Settings {
     /// What policies learn to perceive.
     pub front_end: FrontEndParams,
     /// The columns that a front end's model describes; `None` if the data choose them.
-    pub believed: Option<Vec<u16>>,
+    pub front_end_columns: Option<Vec<u16>>,
 }
 
 impl Settings {
@@ -73,7 +73,7 @@ impl Settings {
         let policy = &config.policy;
         let groups = groups(&policy.groups)?;
         let resets = Resets::named(&policy.reset_scope)?;
-        let contract = Contract {
+        let policy_spec = PolicySpec {
             task: spec.name.clone(),
             observability: stack_text(&observability),
             labels: labels(wrappers.inputs(), &spec.outputs, spec.actions),
@@ -111,24 +111,24 @@ impl Settings {
             )?,
             front_end: None,
         };
-        check_policy(&contract, &groups, config)?;
+        check_policy(&policy_spec, &groups, config)?;
         check_params(config)?;
-        let ops = ops(&groups, &policy.memory_sections, contract.memory_model)?;
-        beyond::check(config, &contract, &ops)?;
-        let variables = frontend::action_variables(contract.shape.actions);
-        let believed = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
+        let ops = ops(&groups, &policy.memory_sections, policy_spec.memory_model)?;
+        beyond::check(config, &policy_spec, &ops)?;
+        let variables = action_variables(policy_spec.shape.actions);
+        let front_end_columns = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
         Ok(Settings {
             task: config.task.clone(),
             task_identity: task::identity(&config.task)
                 .map_err(|e| value("task", &config.task, e.to_string()))?,
             genes: Genes {
-                shape: contract.shape,
+                shape: policy_spec.shape,
                 ops,
-                constants: contract.initial_values == InitialValues::Evolved,
-                team_memory: contract.memory_model == MemoryModel::Team,
+                constants: policy_spec.initial_values == InitialValues::Evolved,
+                team_memory: policy_spec.memory_model == MemoryModel::Team,
                 reset_rules: resets == Resets::Evolved,
             },
-            contract,
+            policy_spec,
             observability,
             wipe_on_fall: resets == Resets::OnFall,
             episodes: config.evaluation.episodes,
@@ -140,7 +140,7 @@ impl Settings {
             tuning: config.tuning,
             selection: config.selection,
             front_end: config.front_end.clone(),
-            believed,
+            front_end_columns,
         })
     }
 
@@ -151,8 +151,13 @@ impl Settings {
     pub fn arena(&self) -> Result<Arena, ConfigError> {
         let name = &self.task;
         let task = task::create(name).map_err(|e| value("task", name, e.to_string()))?;
-        let wrappers = Wrappers::new(&self.observability, task.spec())
-            .map_err(|e| value("observability", &self.contract.observability, e.to_string()))?;
+        let wrappers = Wrappers::new(&self.observability, task.spec()).map_err(|e| {
+            value(
+                "observability",
+                &self.policy_spec.observability,
+                e.to_string(),
+            )
+        })?;
         Ok(Arena::new(task, wrappers).with_shaping(self.shaping))
     }
 }
@@ -313,25 +318,29 @@ fn labels(inputs: &[Channel], outputs: &[Channel], actions: ActionSpace) -> Stri
 }
 
 /// Refuses combinations that no policy can have.
-fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Result<(), ConfigError> {
-    let stateless = contract.register_mode == RegisterMode::Stateless
-        && contract.memory_model == MemoryModel::None;
-    if stateless != (contract.reset_scope == ResetScope::EveryDecision) {
+fn check_policy(
+    policy_spec: &PolicySpec,
+    groups: &[Group],
+    config: &Config,
+) -> Result<(), ConfigError> {
+    let stateless = policy_spec.register_mode == RegisterMode::Stateless
+        && policy_spec.memory_model == MemoryModel::None;
+    if stateless != (policy_spec.reset_scope == ResetScope::EveryDecision) {
         let why = "stateless registers without memory go with every-decision, all else with \
                    another scope";
         return Err(value("policy.reset-scope", &config.policy.reset_scope, why));
     }
     let has = |group| groups.contains(&group);
-    let team = contract.memory_model == MemoryModel::Team;
+    let team = policy_spec.memory_model == MemoryModel::Team;
     if team != (has(Group::TeamMemory) || has(Group::WholeReads)) {
         let why = "memory = \"team\" and the group team-memory go together";
         return Err(value("policy.memory", &config.policy.memory, why));
     }
-    if contract.memory_model == MemoryModel::Indexed && !has(Group::Classic) {
+    if policy_spec.memory_model == MemoryModel::Indexed && !has(Group::Classic) {
         let why = "memory = \"indexed\" needs the group classic";
         return Err(value("policy.memory", &config.policy.memory, why));
     }
-    if has(Group::Constants) && contract.initial_values == InitialValues::Zero {
+    if has(Group::Constants) && policy_spec.initial_values == InitialValues::Zero {
         let why = "the group constants needs initial-values = \"evolved\"";
         return Err(value(
             "policy.initial-values",
@@ -345,7 +354,7 @@ fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Resul
 fn check_params(config: &Config) -> Result<(), ConfigError> {
     let params = &config.evolution;
     // Tuning alone needs no children.
-    let children = params.children.max(config.tuning.lines);
+    let children = params.children.max(config.tuning.lineages);
     let positive = [
         ("evaluation.episodes", config.evaluation.episodes),
         ("evolution.population", params.population),
@@ -425,7 +434,9 @@ mod tests {
         for preset in presets().expect("well-formed") {
             let config = resolve(&preset, None, &[]).expect("complete");
             match Settings::new(&config) {
-                Ok(settings) => assert_eq!(settings.contract.observability, preset.observability),
+                Ok(settings) => {
+                    assert_eq!(settings.policy_spec.observability, preset.observability)
+                }
                 // Without MuJoCo its tasks are known but cannot be made.
                 Err(e) => assert!(
                     cfg!(not(feature = "mujoco"))

@@ -5,9 +5,9 @@ use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::{Section, Tables};
 
 use super::Mode;
-use super::contract::Contract;
 use super::emit::selected;
 use super::liveness::{Demand, Registers, constants_read};
+use super::policy_spec::PolicySpec;
 use crate::evolve::{Population, ProgramId, TeamId};
 
 /// Whose constant it is.
@@ -37,10 +37,10 @@ pub struct ConstantSite {
 pub fn constant_sites(
     population: &Population,
     root: TeamId,
-    contract: &Contract,
+    policy_spec: &PolicySpec,
 ) -> Vec<ConstantSite> {
-    let selected = selected(population, root, contract, Mode::Compact);
-    let width = usize::from(contract.shape.width);
+    let selected = selected(population, root, policy_spec, Mode::Compact);
+    let width = usize::from(policy_spec.shape.width);
     let mut sites = Vec::new();
     let programs = selected.graph.programs.iter().zip(&selected.results);
     let kept = selected.kept.code.iter().zip(&selected.registers);
@@ -48,7 +48,7 @@ pub fn constant_sites(
         // What is left of the code is effective, whatever it writes to.
         let demand = Demand {
             results: *results,
-            stateful: contract.register_mode == RegisterMode::Stateful,
+            stateful: policy_spec.register_mode == RegisterMode::Stateful,
             sections: [true; 3],
             columns: u8::MAX,
         };

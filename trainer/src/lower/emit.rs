@@ -9,8 +9,8 @@ use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
 use super::Mode;
-use super::contract::{Contract, header};
 use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
+use super::policy_spec::{PolicySpec, header};
 use crate::evolve::{
     Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
 };
@@ -43,7 +43,7 @@ pub enum LowerError {
 pub fn lower(
     population: &Population,
     root: TeamId,
-    contract: &Contract,
+    policy_spec: &PolicySpec,
     provenance: [u8; 16],
     memory: Option<&[f32]>,
     mode: Mode,
@@ -53,8 +53,8 @@ pub fn lower(
         kept,
         registers,
         ..
-    } = selected(population, root, contract, mode);
-    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
+    } = selected(population, root, policy_spec, mode);
+    Emitter::new(policy_spec, &graph, &kept, &registers)?.encode(provenance, memory)
 }
 
 /// What of an agent's graph reaches the tables.
@@ -71,21 +71,21 @@ pub(super) struct Selected<'a> {
 pub(super) fn selected<'a>(
     population: &'a Population,
     root: TeamId,
-    contract: &Contract,
+    policy_spec: &PolicySpec,
     mode: Mode,
 ) -> Selected<'a> {
     let graph = graph(population, root);
     let results: Vec<Registers> = graph
         .programs
         .iter()
-        .map(|(_, program)| results(&contract.shape, program))
+        .map(|(_, program)| results(&policy_spec.shape, program))
         .collect();
-    let shared = contract.shares_memory();
-    let indexed = contract.memory_model == MemoryModel::Indexed;
+    let shared = policy_spec.shares_memory();
+    let indexed = policy_spec.memory_model == MemoryModel::Indexed;
     let mut kept = match mode {
-        Mode::Whole | Mode::Counting => whole(&graph, contract),
+        Mode::Whole | Mode::Counting => whole(&graph, policy_spec),
         Mode::Compact => {
-            let stateful = contract.register_mode == RegisterMode::Stateful;
+            let stateful = policy_spec.register_mode == RegisterMode::Stateful;
             compact(&graph, &results, stateful, shared)
         }
     };
@@ -128,8 +128,8 @@ fn results(shape: &Shape, program: &Program) -> Registers {
     results
 }
 
-fn whole(graph: &Graph<'_>, contract: &Contract) -> Kept {
-    let slots = if contract.memory_model == MemoryModel::Team {
+fn whole(graph: &Graph<'_>, policy_spec: &PolicySpec) -> Kept {
+    let slots = if policy_spec.memory_model == MemoryModel::Team {
         [u8::MAX; 3]
     } else {
         [0; 3]
@@ -178,7 +178,7 @@ fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
 
 /// Collects the tables, then encodes them.
 struct Emitter<'a> {
-    contract: &'a Contract,
+    policy_spec: &'a PolicySpec,
     kept: &'a Kept,
     header: Header,
     front_end: Vec<u8>,
@@ -193,18 +193,18 @@ struct Emitter<'a> {
 
 impl<'a> Emitter<'a> {
     fn new(
-        contract: &'a Contract,
+        policy_spec: &'a PolicySpec,
         graph: &Graph<'_>,
         kept: &'a Kept,
         registers: &[Registers],
     ) -> Result<Self, LowerError> {
-        let mut header = header(contract, graph, kept)?;
-        let front_end = match &contract.front_end {
-            Some(perception) => perception.section(&mut header),
+        let mut header = header(policy_spec, graph, kept)?;
+        let front_end = match &policy_spec.front_end {
+            Some(front_end) => front_end.section(&mut header),
             None => Vec::new(),
         };
         let mut emitter = Emitter {
-            contract,
+            policy_spec,
             kept,
             header,
             front_end,
@@ -239,7 +239,7 @@ impl<'a> Emitter<'a> {
     }
 
     fn width(&self) -> usize {
-        usize::from(self.contract.shape.width)
+        usize::from(self.policy_spec.shape.width)
     }
 
     /// Where the cells will lie, behind all registers; policies with cells have no team memory.
@@ -270,7 +270,7 @@ impl<'a> Emitter<'a> {
             cells_start,
             cells: &self.kept.cells,
         };
-        let output = match self.contract.shape.output_section() {
+        let output = match self.policy_spec.shape.output_section() {
             Some(section) if program.is_atomic() => layout.register(section, 1),
             _ => self.words,
         };
@@ -321,7 +321,7 @@ impl<'a> Emitter<'a> {
 
     /// Appends the constants of the kept registers or slots and returns where they begin.
     fn constants(&mut self, constants: &[f32], kept: Registers) -> u32 {
-        if self.contract.initial_values == InitialValues::Zero {
+        if self.policy_spec.initial_values == InitialValues::Zero {
             return 0;
         }
         let (start, width) = (self.constants.len() as u32, self.width());
@@ -360,9 +360,9 @@ impl<'a> Emitter<'a> {
             cells: &cells,
             memory: &image,
             front_end: &self.front_end,
-            labels: &self.contract.labels,
-            task: &self.contract.task,
-            observability: &self.contract.observability,
+            labels: &self.policy_spec.labels,
+            task: &self.policy_spec.task,
+            observability: &self.policy_spec.observability,
         };
         let mut buffer = vec![0; blob::encoded_bound(&tables)];
         let len = blob::encode(&self.header, &tables, &mut buffer)?;

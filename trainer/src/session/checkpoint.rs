@@ -8,7 +8,7 @@ use sha2::{Digest as _, Sha256};
 use super::{Session, State};
 use crate::config::Config;
 use crate::files;
-use crate::frontend::Learner;
+use crate::front_end::Learner;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
 const VERSION: u32 = 5;

@@ -97,7 +97,7 @@ impl Session {
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.state.generation, k))
             .collect();
-        match self.settings.contract.reset_scope {
+        match self.settings.policy_spec.reset_scope {
             ResetScope::PerGeneration => {
                 self.state.memory = None;
                 self.score_in_turn(pool, candidates, &seeds, stats)
@@ -116,7 +116,7 @@ impl Session {
 
     /// How far the evaluation of an agent that shares nothing with others can be split.
     pub(super) fn split(&self) -> Split {
-        match self.settings.contract.reset_scope.at_episode() {
+        match self.settings.policy_spec.reset_scope.at_episode() {
             (true, true) => Split::Episodes,
             _ => Split::Agents,
         }

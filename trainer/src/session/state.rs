@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::race::Race;
-use super::tuning::Tuned;
+use super::tuning::Lineage;
 use crate::evolve::{Population, TeamId, rank};
 
 /// What is known of a scored root.
@@ -46,7 +46,7 @@ pub(super) struct State {
     pub(super) memory: Option<Arc<[f32]>>,
     /// Median scores of the teams that the last generation made, and the one before.
     pub(super) medians: [Option<f64>; 2],
-    pub(super) lines: Vec<Tuned>,
+    pub(super) lineages: Vec<Lineage>,
     pub(super) race: Race,
     /// Stage of the curriculum in which scores were found.
     pub(super) stage: u32,
@@ -80,7 +80,7 @@ impl State {
 
     /// Whether everything that is named exists.
     pub(super) fn is_closed(&self) -> bool {
-        let tuned = self.lines.iter().flat_map(Tuned::roots);
+        let tuned = self.lineages.iter().flat_map(Lineage::roots);
         let mut roots = tuned
             .chain(self.race.champion)
             .chain(self.population.roots.iter().copied());

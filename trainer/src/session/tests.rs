@@ -68,29 +68,29 @@ fn what_a_line_grows_decides_as_before() {
         for _ in 0..2 {
             session.advance(&mut pool).expect("a generation");
         }
-        let mut line = session.state.lines[0].clone();
-        let (before, read) = behaviour(&session, line.root);
+        let mut lineage = session.state.lineages[0].clone();
+        let (before, read) = behaviour(&session, lineage.root);
         assert!(
             before.iter().any(|x| *x != before[0]),
             "{preset} does one thing"
         );
-        session.remember_line(&mut line);
-        let (remembers, more) = behaviour(&session, line.root);
+        session.remember_lineage(&mut lineage);
+        let (remembers, more) = behaviour(&session, lineage.root);
         assert_eq!(before, remembers, "{preset}");
         assert!(more > read, "{preset} remembers nothing");
         if preset == "cartpole-champion" {
             // Its bids choose actions: a clone that bids differently changes what is chosen.
             continue;
         }
-        session.grow_line(&mut line, &mut Rng::new(2));
-        let (grown, most) = behaviour(&session, line.root);
+        session.grow_lineage(&mut lineage, &mut Rng::new(2));
+        let (grown, most) = behaviour(&session, lineage.root);
         assert_eq!(before, grown, "{preset}");
         assert!(most > more, "{preset} did not grow");
     }
 }
 
 #[test]
-fn after_their_trial_one_of_the_lines_goes_on() {
+fn after_their_trial_one_of_the_lineages_goes_on() {
     let settings = [
         "tuning.lines=3",
         "tuning.one-after=8",
@@ -98,25 +98,25 @@ fn after_their_trial_one_of_the_lines_goes_on() {
     ];
     let mut session = session_with("cartpole-champion", &settings);
     let mut pool = session.pool(1).expect("an arena");
-    let mut lines = Vec::new();
+    let mut lineages = Vec::new();
     let mut best = None;
     for _ in 0..5 {
         let averages = session
             .state
-            .lines
+            .lineages
             .iter()
-            .filter_map(|line| line.trial_average);
+            .filter_map(|lineage| lineage.trial_average);
         best = averages.max_by(f64::total_cmp).or(best);
         session.advance(&mut pool).expect("a generation");
-        lines.push(session.state.lines.len());
+        lineages.push(session.state.lineages.len());
     }
     // A generation without iterations comes first.
-    assert_eq!(lines, [3, 3, 3, 1, 1]);
-    assert!(best.is_some() && session.state.lines[0].iterations == 16);
+    assert_eq!(lineages, [3, 3, 3, 1, 1]);
+    assert!(best.is_some() && session.state.lineages[0].iterations == 16);
 }
 
 #[test]
-fn lines_that_are_halved_end_half_of_them_at_a_time() {
+fn lineages_that_are_halved_end_half_of_them_at_a_time() {
     let settings = [
         "tuning.lines=4",
         "tuning.one-after=8",
@@ -125,13 +125,13 @@ fn lines_that_are_halved_end_half_of_them_at_a_time() {
     ];
     let mut session = session_with("cartpole-champion", &settings);
     let mut pool = session.pool(1).expect("an arena");
-    let mut lines = Vec::new();
+    let mut lineages = Vec::new();
     for _ in 0..4 {
         session.advance(&mut pool).expect("a generation");
-        lines.push(session.state.lines.len());
+        lineages.push(session.state.lineages.len());
     }
     // A generation without iterations comes first.
-    assert_eq!(lines, [4, 4, 2, 1]);
+    assert_eq!(lineages, [4, 4, 2, 1]);
 }
 
 /// A new stage forgets what was scored in an easier one.

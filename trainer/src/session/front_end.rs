@@ -4,26 +4,26 @@ use std::borrow::Cow;
 
 use super::Session;
 use crate::config::Settings;
-use crate::frontend::Learner;
-use crate::lower::Contract;
+use crate::front_end::Learner;
+use crate::lower::PolicySpec;
 use crate::pool::Pool;
 
 /// The learner of a run that has just begun.
 pub(super) fn learner(settings: &Settings) -> Option<Learner> {
     let params = &settings.front_end;
-    let inputs = usize::from(settings.contract.shape.inputs);
-    (params.is_on()).then(|| Learner::new(params, inputs, settings.believed.clone()))
+    let inputs = usize::from(settings.policy_spec.shape.inputs);
+    (params.is_on()).then(|| Learner::new(params, inputs, settings.front_end_columns.clone()))
 }
 
 impl Session {
-    /// The contract of a generation's policies: all of them have its front end.
-    pub(super) fn contract(&self, generation: u64) -> Cow<'_, Contract> {
-        let contract = &self.settings.contract;
+    /// The specification of a generation's policies: all of them have its front end.
+    pub(super) fn policy_spec(&self, generation: u64) -> Cow<'_, PolicySpec> {
+        let policy_spec = &self.settings.policy_spec;
         match self.learner.as_ref().and_then(|l| l.of(generation)) {
-            None => Cow::Borrowed(contract),
-            Some(perception) => Cow::Owned(Contract {
-                front_end: Some(perception.clone()),
-                ..contract.clone()
+            None => Cow::Borrowed(policy_spec),
+            Some(front_end) => Cow::Owned(PolicySpec {
+                front_end: Some(front_end.clone()),
+                ..policy_spec.clone()
             }),
         }
     }
@@ -31,7 +31,7 @@ impl Session {
     /// Learns from what this generation's training showed, for the next one.
     pub(super) fn learn(&mut self, pool: &mut Pool) {
         let recordings = pool.take_recordings();
-        let actions = self.settings.contract.shape.actions;
+        let actions = self.settings.policy_spec.shape.actions;
         if let Some(learner) = &mut self.learner {
             learner.learn(
                 &self.settings.front_end,

@@ -6,7 +6,7 @@ use tpg_runtime::front_end::{Fallback, FrontEnd};
 
 /// A front end: its numbers are those that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Perception {
+pub struct LearnedFrontEnd {
     /// Whether what was perceived last stays where nothing is seen and no model says more.
     pub hold: bool,
     /// What is subtracted from each element.
@@ -28,7 +28,7 @@ pub struct Model {
     pub coefficients: Vec<f32>,
 }
 
-impl Perception {
+impl LearnedFrontEnd {
     /// Announces it in a header, whose window and actions are set, and returns its section.
     #[must_use]
     pub fn section(&self, header: &mut Header) -> Vec<u8> {
