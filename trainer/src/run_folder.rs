@@ -30,7 +30,7 @@ use crate::session::{
     self, Budget, Checkpoint, CheckpointError, GenerationReport, Session, Snapshot, TaskFile,
 };
 
-pub use error::RunFolderError;
+pub use error::{Quoted, RunFolderError};
 use error::{malformed, read, unwritable};
 use lock::Lock;
 use log::Log;

@@ -123,8 +123,9 @@ struct AsEvolved {
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.file.display();
     let (bytes, whole) = if args.file.is_dir() {
-        let session = session::load(&args.file.join("checkpoint"))
+        let checkpoint = session::load(&args.file.join("checkpoint"))
             .or_bad_input(format!("{file} holds no run"))?;
+        let session = checkpoint.session;
         let whole = session.lower_champion(Mode::Whole);
         (session.export_champion()?, Some(whole?))
     } else {

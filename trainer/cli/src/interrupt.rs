@@ -1,5 +1,6 @@
 //! Ctrl-C and termination: what is going on ends in good order.
 
+use std::io::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,7 +15,10 @@ pub(crate) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(Status::Interrupted as i32);
         }
-        eprintln!("finishing this generation, then writing a checkpoint; again to stop at once");
+        let _ = writeln!(
+            std::io::stderr(),
+            "stopping, then writing a checkpoint; again to stop at once"
+        );
     })?;
     Ok(stop)
 }

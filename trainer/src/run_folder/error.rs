@@ -124,8 +124,12 @@ impl HasStatus for RunFolderError {
     }
 }
 
-/// A word as a shell takes it.
-struct Quoted<'a>(&'a str);
+/// A word as a shell takes it: quoted where it must be.
+#[derive(Debug, Clone, Copy)]
+pub struct Quoted<'a>(
+    /// The word.
+    pub &'a str,
+);
 
 impl fmt::Display for Quoted<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -167,7 +167,8 @@ fn a_fallen_median_wipes_the_memory() {
         assert!(session.state.memory.is_some(), "nothing was written");
         session.state.medians = medians;
         let candidates = session.make_generation();
-        session.score(&mut pool, &candidates, &mut EvalStats::default());
+        let scored = session.score(&mut pool, &candidates, &mut EvalStats::default());
+        assert_eq!(scored, Ok(()));
         let first = &session.state.records[&candidates[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
     }

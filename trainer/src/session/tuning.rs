@@ -159,10 +159,16 @@ impl Session {
                 lineage.behind = if behind { lineage.behind + 1 } else { 0 };
             }
         }
-        let longest = self.state.lineages.iter().map(|lineage| lineage.iterations).max();
+        let longest = self
+            .state
+            .lineages
+            .iter()
+            .map(|lineage| lineage.iterations)
+            .max();
         let wanted = params.lineages_after(longest.unwrap_or(0)) as usize;
         if self.state.lineages.len() > wanted {
-            let trial_average = |lineage: &Lineage| lineage.trial_average.unwrap_or(f64::NEG_INFINITY);
+            let trial_average =
+                |lineage: &Lineage| lineage.trial_average.unwrap_or(f64::NEG_INFINITY);
             // A stable sort: of equals the older lineage goes on.
             self.state
                 .lineages

@@ -2,7 +2,7 @@
 
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::interrupt::stop_on_signal;
@@ -147,7 +147,7 @@ struct Work<'a> {
     next: AtomicUsize,
     done: Mutex<usize>,
     all: usize,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
 }
 
 impl Work<'_> {
