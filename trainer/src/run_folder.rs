@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, differences};
 use crate::files;
+use crate::made_with::MadeWith;
 use crate::session::{
     self, Budget, Checkpoint, CheckpointError, GenerationReport, Session, Snapshot, TaskFile,
 };
@@ -39,6 +40,9 @@ use log::Log;
 /// goes on.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
 
+/// The form of the folder; raised when its files change their meaning.
+const FORMAT: u32 = 2;
+
 /// Files that only a run writes.
 const FILES: [&str; 5] = [
     "champion.tpg",
@@ -50,6 +54,7 @@ const FILES: [&str; 5] = [
 
 /// What of a run's history stays in its folder; everything unless said otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Keep {
     /// Generations between two rows of the log; at least 1.
     pub log_every: u64,
@@ -80,21 +85,14 @@ pub struct Origin {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct RunFile {
     preset: String,
     seed: u64,
     budget: Budget,
     command: Vec<String>,
-    #[serde(default)]
     keep: Keep,
-    versions: Versions,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Versions {
-    tpg: String,
-    blob_format: u16,
-    mujoco: String,
+    made_with: MadeWith,
 }
 
 /// The folder of a run in progress.
@@ -138,11 +136,7 @@ impl RunFolder {
             budget: origin.budget,
             command: origin.command,
             keep: origin.keep,
-            versions: Versions {
-                tpg: env!("CARGO_PKG_VERSION").into(),
-                blob_format: tpg_runtime::blob::VERSION,
-                mujoco: tpg_tasks::task::simulator_version(),
-            },
+            made_with: MadeWith::this_build(FORMAT),
         };
         write(&path.join("run.toml"), as_toml(&run).as_bytes())?;
         // Of a run that ended before its first checkpoint.

@@ -13,6 +13,7 @@ mod stored_population;
 mod tests;
 mod tuning;
 
+use std::fmt;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -33,14 +34,15 @@ use scoring::{Candidate, EvalStats};
 use state::State;
 
 pub use checkpoint::{Checkpoint, CheckpointError, LogMark, Snapshot, TaskFile, load};
-pub use report::{GenerationReport, LOG_COLUMNS};
+pub use report::GenerationReport;
 pub use state::Record;
 
 /// Marks the random stream of evolution among those that derive from a run's seed.
 const EVOLUTION_STREAM: u64 = 4;
 
-/// When a run is over; each is a total over the run's whole life, resumes included.
+/// When a run is over; each is a total over the run's whole life, resumes included. Files write `{ generations = 40 }`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Budget {
     /// After this many generations.
     Generations(u64),
@@ -51,6 +53,18 @@ pub enum Budget {
 }
 
 impl Budget {
+    /// Names of the kinds, as files write them.
+    pub const KEYS: [&str; 3] = ["generations", "steps", "minutes"];
+
+    /// Whether a run may last at all.
+    #[must_use]
+    pub fn is_positive(self) -> bool {
+        match self {
+            Budget::Generations(n) | Budget::Steps(n) => n > 0,
+            Budget::Minutes(minutes) => minutes > 0.0 && minutes.is_finite(),
+        }
+    }
+
     /// Share of the budget that is used, 1 when it is used up.
     #[must_use]
     pub fn used(&self, session: &Session) -> f64 {
@@ -72,6 +86,17 @@ impl Budget {
                 Duration::try_from_secs_f64(left).ok()
             }
             Budget::Generations(_) | Budget::Steps(_) => None,
+        }
+    }
+}
+
+/// As rows of experiments show it: `generations:40`.
+impl fmt::Display for Budget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Budget::Generations(n) => write!(f, "generations:{n}"),
+            Budget::Steps(n) => write!(f, "steps:{n}"),
+            Budget::Minutes(minutes) => write!(f, "minutes:{minutes}"),
         }
     }
 }

@@ -11,12 +11,13 @@ use cpu_time::{ProcessTime, ThreadTime};
 use tpg_runtime::Policy;
 
 use crate::file::{Cell, Experiment};
-use crate::folder::{Folder, MadeWith};
+use crate::folder::{FORMAT, Folder};
 use crate::row::{CurvePoint, Row, TableError, read_table, write_accesses, write_curve, write_row};
 use crate::score::test;
 use tpg_tasks::eval::Episode;
 use tpg_tasks::exit_status::{Failure, Fault as _};
 use tpg_tasks::stats;
+use tpg_trainer::made_with::MadeWith;
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Session, train};
@@ -41,7 +42,7 @@ pub fn run(
         .or_usage("bad configuration")?;
     let mut pool = pool.with_monitor(Arc::new(Monitor::new(stop.clone())));
     let mut cpu = CpuLog::open(&work, session.generation(), experiment.threads)?;
-    let budget = cell.budget.into();
+    let budget = cell.budget;
     train(&mut session, &mut pool, budget, |session, report| {
         run_folder.record(session, report).map_err(Failure::of)?;
         cpu.record(report.generation)
@@ -80,7 +81,7 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
     let session = Session::new(cell.config.clone(), cell.seed).or_usage("bad configuration")?;
     let origin = Origin {
         preset: cell.preset.clone(),
-        budget: cell.budget.into(),
+        budget: cell.budget,
         command: std::env::args().collect(),
         keep: Keep::default(),
     };
@@ -168,7 +169,7 @@ fn write(
     let blob = session.export_champion()?;
     let policy = Policy::load(&blob)?;
     let champion = session.champion();
-    let made_with = MadeWith::this_build();
+    let made_with = MadeWith::this_build(FORMAT);
     let returns: Vec<f64> = tested.episodes.iter().map(|e| e.total).collect();
     let unstable = |e: &&Episode| e.unstable;
     let row = Row {

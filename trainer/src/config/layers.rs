@@ -1,6 +1,7 @@
 //! Merging layers of TOML, with suggestions for keys that do not exist.
 
 use toml::{Table, Value};
+use tpg_tasks::exit_status::one_line;
 
 use super::preset::DEFAULTS;
 use super::{Config, Preset};
@@ -48,7 +49,7 @@ pub enum ConfigError {
 
 impl From<toml::de::Error> for ConfigError {
     fn from(error: toml::de::Error) -> Self {
-        ConfigError::Toml(error.to_string().trim_end().replace('\n', "; "))
+        ConfigError::Toml(one_line(&error))
     }
 }
 

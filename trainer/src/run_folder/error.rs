@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use tpg_tasks::exit_status::{HasStatus, Status};
+use tpg_tasks::exit_status::{HasStatus, Status, one_line};
 use tpg_tasks::task::UnknownTask;
 
 use crate::session::{CheckpointError, SessionError};
@@ -169,6 +169,6 @@ pub(super) fn unwritable(path: &Path) -> impl FnOnce(io::Error) -> RunFolderErro
 pub(super) fn malformed(path: &Path, why: &str) -> RunFolderError {
     RunFolderError::Malformed {
         path: path.to_owned(),
-        why: why.trim_end().replace('\n', "; "),
+        why: one_line(&why),
     }
 }

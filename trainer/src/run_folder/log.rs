@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest as _, Sha256};
 
 use super::error::{RunFolderError, unwritable};
-use crate::session::{GenerationReport, LOG_COLUMNS, LogMark};
+use crate::columns::columns;
+use crate::session::{GenerationReport, LogMark};
 
 /// An open log, which knows the hash of all that it holds.
 pub(super) struct Log {
@@ -26,7 +27,7 @@ impl Log {
             bytes: 0,
             hasher: Sha256::new(),
         };
-        let header = format!("{}\n", LOG_COLUMNS.join(","));
+        let header = format!("{}\n", columns::<GenerationReport>().join(","));
         log.write(header.as_bytes())?;
         Ok(log)
     }

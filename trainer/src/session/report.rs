@@ -1,9 +1,9 @@
 //! What a run says of each generation.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One row of `log.csv`; the fields' names are its columns.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GenerationReport {
     /// Generations completed.
     pub generation: u64,
@@ -41,23 +41,3 @@ pub struct GenerationReport {
     /// Seconds of training so far; the only column that differs between equal runs.
     pub seconds: f64,
 }
-
-/// The columns of `log.csv`, in order.
-pub const LOG_COLUMNS: [&str; 16] = [
-    "generation",
-    "steps",
-    "best",
-    "fitness",
-    "select",
-    "mean",
-    "champion",
-    "champion_teams",
-    "champion_programs",
-    "champion_instructions",
-    "instructions_mean",
-    "teams",
-    "programs",
-    "unscorable",
-    "unstable",
-    "seconds",
-];
