@@ -56,6 +56,7 @@ fn register_arithmetic_has_one_place() {
         "runtime/c-api",
         "trainer",
         "sim-bridge",
+        "tests/policies",
         "tests/src",
         "firmware-examples",
     ] {
