@@ -1,6 +1,5 @@
 //! Helpers of the tests that span the crates.
 
-pub mod draft;
 pub mod firmware;
 pub mod fixtures;
 pub mod front_end;
@@ -10,4 +9,5 @@ pub mod ops;
 pub mod process;
 pub mod random;
 pub mod samples;
-pub mod shapes;
+
+pub use tpg_test_policies::{draft, shapes};

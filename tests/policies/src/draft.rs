@@ -24,7 +24,7 @@ pub struct Draft {
     pub cells: Vec<u16>,
     /// Memory image, empty if none is carried.
     pub image: Vec<f32>,
-    /// Section of the front end, as [`front_end`](crate::front_end::front_end) makes it; empty without one.
+    /// Section of the front end, as the file holds it; empty without one.
     pub front_end: Vec<u8>,
 }
 
