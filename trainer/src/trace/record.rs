@@ -201,6 +201,7 @@ fn place_name(place: MemoryAddress) -> String {
         MemoryAddress::Slot(Section::Vector, slot) => format!("vm{slot}"),
         MemoryAddress::Slot(Section::Matrix, slot) => format!("mm{slot}"),
         MemoryAddress::Cell(cell) => crate::disassemble::cell_name(cell),
+        _ => format!("{place:?}"),
     }
 }
 
