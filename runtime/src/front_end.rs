@@ -14,6 +14,7 @@ pub const MAX_DEGREE: u8 = 3;
 /// What the programs see in place of a blank observation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Fallback {
     /// Zeros: in standardised units, the means of what was observed in training.
     Zero = 0,
@@ -23,8 +24,21 @@ pub enum Fallback {
     Model = 2,
 }
 
+impl Fallback {
+    /// The name used in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Zero => "zero",
+            Self::Hold => "hold",
+            Self::Model => "believe",
+        }
+    }
+}
+
 /// The front end of a policy, borrowed from its bytes. All numbers are little-endian.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FrontEnd<'a> {
     /// What replaces a blank observation.
     pub fallback: Fallback,
@@ -70,6 +84,20 @@ pub const fn action_variables(header: &Header) -> usize {
 }
 
 impl<'a> FrontEnd<'a> {
+    /// A front end without a model. `means` and `scales` have one number for each element of the observation.
+    #[must_use]
+    pub const fn new(fallback: Fallback, means: &'a [[u8; 4]], scales: &'a [[u8; 4]]) -> Self {
+        FrontEnd {
+            fallback,
+            degree: 0,
+            start: 0,
+            means,
+            scales,
+            columns: &[],
+            coefficients: &[],
+        }
+    }
+
     /// Reads the section of a blob.
     ///
     /// `None` if a length is wrong, if a number is out of range or not finite, or if the model's state words do not begin

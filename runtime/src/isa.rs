@@ -102,6 +102,7 @@ pub enum Operand {
 /// A family of operations that a policy may use or go without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
+#[non_exhaustive]
 pub enum Group {
     /// Scalar arithmetic, transcendental functions and the conditional.
     Scalar = 1,
@@ -131,6 +132,20 @@ impl Group {
         Group::Classic,
     ];
 
+    /// The name used in configurations and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Group::Scalar => "scalar",
+            Group::Vector => "vector",
+            Group::Matrix => "matrix",
+            Group::Constants => "constants",
+            Group::TeamMemory => "team-memory",
+            Group::WholeReads => "whole-reads",
+            Group::Classic => "classic",
+        }
+    }
+
     /// The group's bit in a blob's header.
     #[must_use]
     pub const fn bit(self) -> u16 {
@@ -141,12 +156,8 @@ impl Group {
     #[must_use]
     pub const fn feature(self) -> &'static str {
         match self {
-            Group::Scalar => "scalar",
-            Group::Vector => "vector",
-            Group::Matrix => "matrix",
-            Group::Constants => "constants",
-            Group::TeamMemory | Group::WholeReads => "team-memory",
-            Group::Classic => "classic",
+            Group::WholeReads => Group::TeamMemory.name(),
+            _ => self.name(),
         }
     }
 
@@ -208,6 +219,7 @@ impl Cost {
 
 /// How an operation applies its function `f` of [`crate::math`] to its operands `a`, `b` and its destination `d`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Form {
     /// `d = f(a, b)` of scalars; `f(d, a, b)` where the old value of `d` is read.
     Scalar,
@@ -250,6 +262,7 @@ macro_rules! isa {
         /// An operation.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
+        #[non_exhaustive]
         pub enum Op {
             $(#[doc = concat!("`", $notation, "`")] $name = $code,)*
         }

@@ -45,6 +45,7 @@ impl Target {
 
 /// A team: its members, in order, and its shared memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Team {
     /// First entry in the members table.
     pub members_start: u32,
@@ -189,6 +190,7 @@ impl Team {
 /// Its registers lie in the state from `state_start` on: scalars (the bid first), then vectors, then matrices.
 /// Its evolved constants lie in the same order from `constants_start` on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Program {
     /// First instruction.
     pub code_start: u32,
@@ -204,6 +206,21 @@ pub struct Program {
     pub output: u16,
     /// Number of scalar, vector and matrix registers kept, at most [`REGISTERS`] each.
     pub registers: [u8; 3],
+}
+
+impl Default for Program {
+    /// A program without code and registers that gives action 0.
+    fn default() -> Self {
+        Program {
+            code_start: 0,
+            code_len: 0,
+            target: Target::Atomic(0),
+            constants_start: 0,
+            state_start: 0,
+            output: 0,
+            registers: [0; 3],
+        }
+    }
 }
 
 impl Program {
@@ -330,7 +347,8 @@ impl Instruction {
 }
 
 /// The tables of a blob, borrowed from its bytes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
+#[non_exhaustive]
 pub struct Tables<'a> {
     /// Teams; the first is the root.
     pub teams: &'a [[u8; Team::BYTES]],

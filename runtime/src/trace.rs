@@ -4,6 +4,7 @@ use crate::tables::{ProgramId, Section, Target, TeamId};
 
 /// A place in the memory that programs share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MemoryAddress {
     /// A slot of the memory of the team that runs the program.
     Slot(Section, u16),

@@ -23,6 +23,7 @@ pub const MAX_WORDS: u32 = u16::MAX as u32;
 
 /// What one decision can cost at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Bounds {
     /// Instructions executed: every program runs at most once; a front end counts its multiplications.
     pub instructions: u32,

@@ -21,7 +21,7 @@ pub fn front_end(
     let variables = columns.len() + action_variables(header);
     let coefficients = match fallback {
         Fallback::Model => monomials(variables, degree) as usize * columns.len(),
-        Fallback::Zero | Fallback::Hold => 0,
+        _ => 0,
     };
     let mut numbers =
         |len: usize| -> Vec<[u8; 4]> { (0..len).map(|_| number().to_le_bytes()).collect() };
@@ -31,17 +31,13 @@ pub fn front_end(
     let columns: Vec<[u8; 2]> = columns.iter().map(|c| c.to_le_bytes()).collect();
     let start = match fallback {
         Fallback::Model => u16::try_from(header.registers_start()).expect("small policy"),
-        Fallback::Zero | Fallback::Hold => 0,
+        _ => 0,
     };
-    let front_end = FrontEnd {
-        fallback,
-        degree,
-        start,
-        means: &means,
-        scales: &scales,
-        columns: &columns,
-        coefficients: &coefficients,
-    };
+    let mut front_end = FrontEnd::new(fallback, &means, &scales);
+    front_end.degree = degree;
+    front_end.start = start;
+    front_end.columns = &columns;
+    front_end.coefficients = &coefficients;
     let words = front_end.words(header);
     header.front_end = Some(u16::try_from(words).expect("small policy"));
     let mut bytes = Vec::new();

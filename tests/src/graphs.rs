@@ -98,7 +98,7 @@ fn graph(number: u64) -> Vec<u8> {
         let columns: &[u16] = match fallback {
             Fallback::Model if degree < 3 => &[0, 1, 2, 3, 4, 5, 6],
             Fallback::Model => &[1, 3, 6],
-            Fallback::Zero | Fallback::Hold => &[],
+            _ => &[],
         };
         draft.front_end = front_end(&mut draft.header, fallback, degree, columns, || {
             draw.below(2001) as f32 / 4000.0 - 0.25

@@ -155,7 +155,7 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
     header.actions = match header.action_kind {
         ActionKind::Discrete => dice.within(1, 4) as u16,
         ActionKind::Continuous => dice.within(1, usize::from(width)) as u16,
-        ActionKind::Each => dice.within(2, usize::from(width)) as u16,
+        _ => dice.within(2, usize::from(width)) as u16,
     };
     header.action_low = -1.5;
     let front_end = perceive(dice, &mut header);
@@ -184,13 +184,13 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
             (ActionKind::Discrete, true) => {
                 Target::Atomic(dice.below(usize::from(header.actions)) as u16)
             }
-            (ActionKind::Continuous, true) => Target::Atomic(0),
             // The first programs see to it that every output has one.
             (ActionKind::Each, _) if number < usize::from(header.actions) => {
                 Target::Atomic(number as u16)
             }
             (ActionKind::Each, _) => Target::Atomic(dice.below(usize::from(header.actions)) as u16),
             (_, false) => Target::Team(TeamId(dice.below(teams) as u16)),
+            (_, true) => Target::Atomic(0),
         };
         let [s, v, m] = registers.map(usize::from);
         let width = usize::from(width);
@@ -254,7 +254,7 @@ fn is_allowed(draft: &Draft, op: Op) -> bool {
         Group::TeamMemory | Group::WholeReads => header.memory_model == MemoryModel::Team,
         Group::Classic if op == Op::MemWrite => header.memory_model == MemoryModel::Indexed,
         Group::Classic if op == Op::MemRead => !draft.cells.is_empty(),
-        Group::Scalar | Group::Vector | Group::Matrix | Group::Classic => true,
+        _ => true,
     }
 }
 
@@ -314,10 +314,8 @@ fn fill_memory(dice: &mut Dice, draft: &mut Draft) {
             }
             let section = dice.pick(&Section::ALL);
             team.slots[section as usize] |= 1 << dice.below(8);
-            let record = Team {
-                slots: team.slots,
-                ..Team::default()
-            };
+            let mut record = Team::default();
+            record.slots = team.slots;
             team.constants = (0..record.memory_words(width))
                 .map(|_| dice.number())
                 .collect();

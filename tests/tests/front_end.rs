@@ -119,7 +119,7 @@ impl Reference {
             .collect();
         let actions = match policy.header().action_kind {
             ActionKind::Discrete => 1,
-            ActionKind::Continuous | ActionKind::Each => policy.header().outputs(),
+            _ => policy.header().outputs(),
         };
         // Non-decreasing lists of variables up to the degree, in the order of their text: prefixes first.
         let mut monomials = vec![Vec::new()];
@@ -169,7 +169,6 @@ impl Reference {
         }
         match self.fallback {
             Fallback::Zero => self.perceived.fill(0.0),
-            Fallback::Hold => {}
             Fallback::Model => {
                 let mut variables: Vec<f32> =
                     self.columns.iter().map(|c| self.perceived[*c]).collect();
@@ -183,6 +182,7 @@ impl Reference {
                     self.perceived[*column] = limited(self.perceived[*column] + sum);
                 }
             }
+            _ => {}
         }
     }
 

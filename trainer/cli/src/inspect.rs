@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use tpg_runtime::blob::ActionKind;
-use tpg_runtime::front_end::Fallback;
 use tpg_runtime::tables::{Program, Target};
 use tpg_runtime::{Capacities, Policy};
 
@@ -84,11 +83,7 @@ fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
     let (header, inputs) = (policy.header(), policy.inputs());
     let believed = |column: &u16| front_end.columns.contains(&column.to_le_bytes());
     Some(FrontEndSummary {
-        blank: match front_end.fallback {
-            Fallback::Zero => "zero",
-            Fallback::Hold => "hold",
-            Fallback::Model => "believe",
-        },
+        blank: front_end.fallback.name(),
         degree: front_end.degree,
         believed: (0u16..)
             .zip(inputs)

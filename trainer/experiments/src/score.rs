@@ -132,6 +132,7 @@ impl Counter {
             MemoryAddress::Slot(Section::Vector, slot) => (MemorySection::Vector, slot),
             MemoryAddress::Slot(Section::Matrix, slot) => (MemorySection::Matrix, slot),
             MemoryAddress::Cell(cell) => (MemorySection::Indexed, cell / REGISTERS as u16),
+            _ => return,
         };
         let key = (self.running, access, section, slot);
         *self.counts.entry(key).or_default() += 1;

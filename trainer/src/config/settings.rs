@@ -228,19 +228,6 @@ fn named<T: Copy>(
         })
 }
 
-/// Configuration name of an instruction group.
-fn group_name(group: Group) -> &'static str {
-    match group {
-        Group::Scalar => "scalar",
-        Group::Vector => "vector",
-        Group::Matrix => "matrix",
-        Group::Constants => "constants",
-        Group::TeamMemory => "team-memory",
-        Group::WholeReads => "whole-reads",
-        Group::Classic => "classic",
-    }
-}
-
 fn groups(names: &[String]) -> Result<Vec<Group>, ConfigError> {
     if names.is_empty() {
         return Err(value(
@@ -251,7 +238,7 @@ fn groups(names: &[String]) -> Result<Vec<Group>, ConfigError> {
     }
     names
         .iter()
-        .map(|name| named("policy.groups", name, &Group::ALL, group_name))
+        .map(|name| named("policy.groups", name, &Group::ALL, Group::name))
         .collect()
 }
 

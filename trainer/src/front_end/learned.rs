@@ -43,20 +43,19 @@ impl LearnedFrontEnd {
             .collect();
         let coefficients = model.map_or_else(Vec::new, |m| bytes(&m.coefficients));
         header.front_end = None;
-        let front_end = FrontEnd {
-            fallback: match (model, self.hold) {
-                (Some(_), _) => Fallback::Model,
-                (None, true) => Fallback::Hold,
-                (None, false) => Fallback::Zero,
-            },
-            degree: model.map_or(0, |m| m.degree),
-            // Too long a window is refused by its own limit.
-            start: model.map_or(0, |_| header.registers_start() as u16),
-            means: &means,
-            scales: &scales,
-            columns: &columns,
-            coefficients: &coefficients,
+        let fallback = match (model, self.hold) {
+            (Some(_), _) => Fallback::Model,
+            (None, true) => Fallback::Hold,
+            (None, false) => Fallback::Zero,
         };
+        let mut front_end = FrontEnd::new(fallback, &means, &scales);
+        if let Some(model) = model {
+            front_end.degree = model.degree;
+            // Too long a window is refused by its own limit.
+            front_end.start = header.registers_start() as u16;
+            front_end.columns = &columns;
+            front_end.coefficients = &coefficients;
+        }
         header.front_end = Some(front_end.words(header) as u16);
         let mut section = Vec::new();
         front_end.write(|part| section.extend_from_slice(part));

@@ -275,15 +275,14 @@ impl<'a> Emitter<'a> {
             _ => self.words,
         };
         let constants_start = self.constants(&program.constants, registers);
-        let record = tables::Program {
-            code_start: self.code.len() as u32,
-            code_len: small("instructions of a program", code.len())?,
-            target,
-            constants_start,
-            state_start: small("state words", self.words)?,
-            output: small("state words", output)?,
-            registers: counts,
-        };
+        let mut record = tables::Program::default();
+        record.code_start = self.code.len() as u32;
+        record.code_len = small("instructions of a program", code.len())?;
+        record.target = target;
+        record.constants_start = constants_start;
+        record.state_start = small("state words", self.words)?;
+        record.output = small("state words", output)?;
+        record.registers = counts;
         for instruction in code {
             let record = layout.instruction(instruction)?;
             self.header.groups |= instruction.op.group().bit();
@@ -301,15 +300,14 @@ impl<'a> Emitter<'a> {
         program_index: &BTreeMap<ProgramId, u16>,
     ) -> Result<(), LowerError> {
         let constants_start = self.constants(&team.memory, Registers(slots));
-        let record = tables::Team {
-            members_start: self.members.len() as u32,
-            members_len: small("members of a team", team.members.len())?,
-            slots,
-            stream_key: team.stream_key,
-            constants_start,
-            memory_start: small("state words", self.words)?,
-            streams_start: self.header.streams,
-        };
+        let mut record = tables::Team::default();
+        record.members_start = self.members.len() as u32;
+        record.members_len = small("members of a team", team.members.len())?;
+        record.slots = slots;
+        record.stream_key = team.stream_key;
+        record.constants_start = constants_start;
+        record.memory_start = small("state words", self.words)?;
+        record.streams_start = self.header.streams;
         for member in &team.members {
             self.members.push(program_index[member].to_le_bytes());
         }
@@ -351,19 +349,18 @@ impl<'a> Emitter<'a> {
             .flatten()
             .map(|x| x.to_le_bytes())
             .collect();
-        let tables = Tables {
-            teams: &self.teams,
-            members: &self.members,
-            programs: &self.programs,
-            code: &self.code,
-            constants: &self.constants,
-            cells: &cells,
-            memory: &image,
-            front_end: &self.front_end,
-            labels: &self.policy_spec.labels,
-            task: &self.policy_spec.task,
-            observability: &self.policy_spec.observability,
-        };
+        let mut tables = Tables::default();
+        tables.teams = &self.teams;
+        tables.members = &self.members;
+        tables.programs = &self.programs;
+        tables.code = &self.code;
+        tables.constants = &self.constants;
+        tables.cells = &cells;
+        tables.memory = &image;
+        tables.front_end = &self.front_end;
+        tables.labels = &self.policy_spec.labels;
+        tables.task = &self.policy_spec.task;
+        tables.observability = &self.policy_spec.observability;
         let mut buffer = vec![0; blob::encoded_bound(&tables)];
         let len = blob::encode(&self.header, &tables, &mut buffer)?;
         buffer.truncate(len);

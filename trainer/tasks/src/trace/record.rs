@@ -202,6 +202,7 @@ fn place_name(place: MemoryAddress) -> String {
         MemoryAddress::Slot(Section::Vector, slot) => format!("vm{slot}"),
         MemoryAddress::Slot(Section::Matrix, slot) => format!("mm{slot}"),
         MemoryAddress::Cell(cell) => CellName(cell).to_string(),
+        _ => format!("{place:?}"),
     }
 }
 

@@ -71,6 +71,8 @@ pub(super) fn write_perceive(out: &mut String, plan: &Plan<'_>, name: &str) -> f
             "    for (int k = 0; k < {n}; k++) self->perceived[k] = 0.0f;"
         )?,
         Fallback::Model => write_belief(out, plan, &front_end)?,
+        // The exporter knows every fallback of the runtime that it is built with.
+        _ => return Err(fmt::Error),
     }
     writeln!(
         out,

@@ -91,6 +91,8 @@ fn write_blank(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> f
             out.push_str(ADD);
             Ok(())
         }
+        // The exporter knows every fallback of the runtime that it is built with.
+        _ => Err(fmt::Error),
     }
 }
 
