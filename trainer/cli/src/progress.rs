@@ -4,6 +4,7 @@ use std::io::IsTerminal as _;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use tpg_tasks::console::note;
 use tpg_trainer::session::{Budget, GenerationReport, Session};
 
 /// Parts of the bar: fine enough for any width of terminal.
@@ -52,7 +53,7 @@ impl Progress {
                 bar.set_position((used * PARTS as f64) as u64);
                 bar.set_message(text);
             }
-            None => eprintln!("{text}"),
+            None => note(text),
         }
     }
 

@@ -1,12 +1,13 @@
 //! `tpg train`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use super::progress::Progress;
 use crate::interrupt::stop_on_signal;
+use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::task::locate;
+use tpg_tasks::task::{description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
 use tpg_trainer::run_folder::RunFolder;
 use tpg_trainer::session::{Budget, Session, train};
@@ -32,10 +33,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Train until this many generations are complete.
-    #[arg(long, value_name = "N", group = "budget")]
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..))]
     generations: Option<u64>,
     /// Train to the end of the generation that reaches this many environment steps.
-    #[arg(long, value_name = "N", group = "budget")]
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..))]
     steps: Option<u64>,
     /// Train to the end of the generation that reaches this many minutes of training.
     #[arg(long, value_name = "M", group = "budget", value_parser = positive_minutes)]
@@ -126,22 +127,32 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     result.map_err(Failure::of)?;
     folder.finish(&session).map_err(Failure::of)?;
     if let Some((_, record)) = session.champion() {
-        eprintln!(
+        let champion = folder.champion();
+        note(format_args!(
             "{} after {} generations, {} steps: training score {:.2}; \
-             the mean over fresh episodes is lower: tpg eval {}",
-            folder.champion().display(),
+             the mean over fresh episodes is lower: {}",
+            champion.display(),
             session.generation(),
             session.steps(),
             record.score,
-            folder.champion().display(),
-        );
+            eval_command(&champion, &session.config().task),
+        ));
     }
     if stop.load(Ordering::Relaxed) {
-        eprintln!(
-            "interrupted; go on with: tpg train --resume {}",
-            folder.path().display()
-        );
+        let folder = folder.path().display().to_string();
+        let resume = command_line(["tpg", "train", "--resume", &folder]);
+        note(format_args!("interrupted; go on with: {resume}"));
         return Ok(Status::Interrupted);
     }
     Ok(Status::Fine)
+}
+
+/// The command that scores a champion; one of a described task is scored only with the task's file at hand.
+fn eval_command(champion: &Path, task: &str) -> String {
+    let champion = champion.display().to_string();
+    let mut words = vec!["tpg", "eval", &champion];
+    if description_file(task).is_some() {
+        words.extend(["--task", task]);
+    }
+    command_line(words)
 }
