@@ -5,6 +5,7 @@ use std::time::Duration;
 use crate::error::BridgeError;
 use crate::interrupt;
 use crate::message::Role;
+use crate::note;
 use crate::run::RunName;
 
 /// How long to wait for the other process.
@@ -78,7 +79,7 @@ impl LinkArgs {
     /// Tells the user who was found.
     pub fn announce(&self, peer: Role, pid: u32) {
         if !self.attached {
-            eprintln!("connected to {peer}, process {pid}");
+            note(format_args!("connected to {peer}, process {pid}"));
         }
     }
 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
-use crate::contract::Contract;
 use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
@@ -32,10 +32,10 @@ impl<'p> Server<'p> {
         run: &RunName,
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
-        let contract = Contract::new(&policy, blob)?;
+        let handshake = Handshake::new(&policy, blob)?;
         let rest = Duration::from_micros(policy.header().control_period_us.into()) / 2;
         let agent = Box::new(HostAgent::new(policy)?);
-        let link = Link::connect(run, &contract, timeout)?;
+        let link = Link::connect(run, &handshake, timeout)?;
         Ok(Server { agent, rest, link })
     }
 
@@ -153,7 +153,7 @@ fn write_action(reply: &mut ActionMessage, action: Action<'_>) -> Response {
             Response::Discrete
         }
         Action::Continuous(values) => {
-            // The contract has checked that all of them fit.
+            // The handshake has checked that all of them fit.
             for (place, value) in reply.values.iter_mut().zip(values) {
                 *place = *value;
             }

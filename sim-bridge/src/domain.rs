@@ -19,10 +19,10 @@ pub(crate) fn node(run: &RunName, name: &str) -> Result<Node<ipc::Service>, Brid
     let mut config = Config::default();
     let (prefix, folder) = (run.prefix(), run.folder());
     let failed = "name its files";
-    config.global.prefix = FileName::new(prefix.as_bytes())
-        .map_err(|e| BridgeError::transport(failed)(format!("{e:?}")))?;
-    let root = Path::new(folder.as_os_str().as_encoded_bytes())
-        .map_err(|e| BridgeError::transport(failed)(format!("{e:?}")))?;
+    config.global.prefix =
+        FileName::new(prefix.as_bytes()).map_err(BridgeError::transport(failed))?;
+    let root =
+        Path::new(folder.as_os_str().as_encoded_bytes()).map_err(BridgeError::transport(failed))?;
     config.global.set_root_path(&root);
     let name = NodeName::new(name).map_err(BridgeError::transport("name the process"))?;
     NodeBuilder::new()
@@ -61,6 +61,7 @@ fn fill(file: &mut File) -> io::Result<()> {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+    use crate::Status;
 
     #[test]
     fn memory_that_is_full_is_told_with_the_bytes_needed() {
@@ -71,7 +72,7 @@ mod tests {
             error.to_string(),
             "no 262144 bytes of shared memory to be had in /dev/shm: free some, or enlarge it"
         );
-        assert_eq!(error.status(), 1);
+        assert_eq!(error.status(), Status::OurFault);
         let cause = std::error::Error::source(&error).map(ToString::to_string);
         assert!(cause.is_some_and(|cause| cause.contains("space")));
     }

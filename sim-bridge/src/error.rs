@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use crate::Status;
 use crate::message::Role;
 
 /// Why a loop could not be joined, or broke off.
@@ -224,11 +225,11 @@ impl BridgeError {
 
     /// The exit status of a process that ends with this error.
     #[must_use]
-    pub const fn status(&self) -> u8 {
+    pub const fn status(&self) -> Status {
         match self {
-            Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => 1,
-            Self::RunName { .. } => 2,
-            Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => 3,
+            Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => Status::OurFault,
+            Self::RunName { .. } => Status::Usage,
+            Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => Status::BadInput,
             Self::Taken { .. }
             | Self::NotConnected { .. }
             | Self::Foreign { .. }
@@ -243,8 +244,8 @@ impl BridgeError {
             | Self::Unplugged { .. }
             | Self::NoAnswer { .. }
             | Self::OtherBoard { .. }
-            | Self::BoardRefused { .. } => 4,
-            Self::Interrupted => 130,
+            | Self::BoardRefused { .. } => Status::Peer,
+            Self::Interrupted => Status::Interrupted,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What goes through shared memory: one fixed layout each way, the same in both processes.
 //!
-//! iceoryx2 compares size and type name of a payload, not the order of its fields: [`LAYOUT`] covers the rest.
+//! iceoryx2 compares size and type name of a payload, not the order of its fields: [`LAYOUT_HASH`] covers the rest.
 
 use std::fmt::Debug;
 use std::mem::{offset_of, size_of};
@@ -169,12 +169,12 @@ impl ActionMessage {
 }
 
 /// Hash of both messages' layout and of the protocol's version.
-pub const LAYOUT: u64 = ActionMessage::hash(ObservationMessage::hash(hash::number(
+pub const LAYOUT_HASH: u64 = ActionMessage::hash(ObservationMessage::hash(hash::number(
     hash::START,
     PROTOCOL,
 )));
 
-macro_rules! coded {
+macro_rules! code_enum {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $code:literal,)* }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -197,7 +197,7 @@ macro_rules! coded {
     };
 }
 
-coded! {
+code_enum! {
     /// What the plant can ask.
     Request {
         /// Begin an agent's evaluation.
@@ -214,7 +214,7 @@ coded! {
     }
 }
 
-coded! {
+code_enum! {
     /// What the controller can answer.
     Response {
         /// A reset or a shutdown is done.
@@ -228,7 +228,7 @@ coded! {
     }
 }
 
-coded! {
+code_enum! {
     /// Why the controller refuses a request.
     Refusal {
         /// There is no such kind of request; the detail is the kind.

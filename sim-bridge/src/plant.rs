@@ -7,8 +7,8 @@ use hdrhistogram::Histogram;
 use tpg_runtime::{Action, Header, Policy, Reset};
 use tpg_tasks::eval::{Controller, Reply};
 
-use crate::contract::Contract;
 use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
@@ -42,8 +42,8 @@ impl RemoteController {
         run: &RunName,
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
-        let contract = Contract::new(policy, blob)?;
-        let link = Link::connect(run, &contract, timeout)?;
+        let handshake = Handshake::new(policy, blob)?;
+        let link = Link::connect(run, &handshake, timeout)?;
         let controller_pid = Some(link.peer_pid());
         Self::new(policy, Box::new(link), controller_pid)
     }

@@ -31,7 +31,7 @@ use crate::session::{
     self, Budget, Checkpoint, CheckpointError, GenerationReport, Session, Snapshot, TaskFile,
 };
 
-pub use error::{Quoted, RunFolderError};
+pub use error::RunFolderError;
 use error::{malformed, read, unwritable};
 use lock::Lock;
 use log::Log;

@@ -5,11 +5,13 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use tpg_sim_bridge::hil::{self, HilArgs};
+use tpg_tasks::console::report;
+use tpg_tasks::exit_status::Status;
 
 fn main() -> ExitCode {
     let forwarded: Vec<OsString> = std::env::args_os().skip(1).collect();
     match hil::run(HilArgs::parse(), &forwarded) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
+        Ok(()) => Status::Fine.into(),
+        Err(failure) => report(&failure),
     }
 }

@@ -4,10 +4,12 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 use tpg_sim_bridge::update::{self, UpdateArgs};
+use tpg_tasks::console::report;
+use tpg_tasks::exit_status::Status;
 
 fn main() -> ExitCode {
     match update::run(&UpdateArgs::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
+        Ok(()) => Status::Fine.into(),
+        Err(failure) => report(&failure),
     }
 }

@@ -232,5 +232,5 @@ impl Line {
 
 /// Whether observation and action of a policy fit the messages.
 pub(super) fn fits(header: &Header) -> Result<(), BridgeError> {
-    crate::contract::check_sizes(header)
+    crate::handshake::check_sizes(header)
 }

@@ -43,7 +43,7 @@ fn replace(command: &mut Command) -> std::io::Error {
 #[cfg(not(unix))]
 fn replace(command: &mut Command) -> std::io::Error {
     match command.status() {
-        Ok(status) => std::process::exit(status.code().unwrap_or(Status::OurFault as i32)),
+        Ok(status) => std::process::exit(status.code().unwrap_or(Status::OurFault.code().into())),
         Err(error) => error,
     }
 }

@@ -1,7 +1,6 @@
 //! `tpg inspect`
 
 use std::fmt;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
@@ -9,8 +8,8 @@ use tpg_runtime::blob::ActionKind;
 use tpg_runtime::tables::{Program, Target};
 use tpg_runtime::{Capacities, Policy};
 
+use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::score::print_json;
 use tpg_tools::disassemble::{disassemble, dot, inputs_used, svg};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session;
@@ -134,8 +133,7 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     ];
     for (path, draw) in drawings {
         if let Some(path) = path {
-            let cannot = format!("cannot write {}", path.display());
-            std::fs::write(path, draw(&policy)).or_usage(cannot)?;
+            std::fs::write(path, draw(&policy)).or_unwritable(path)?;
         }
     }
     let mut summary = summarise(&policy, bytes.len());
@@ -149,11 +147,11 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         });
     }
     if args.disassemble {
-        write!(std::io::stdout().lock(), "{}", disassemble(&policy))?;
+        print(disassemble(&policy).trim_end())?;
     } else if args.json {
         print_json(&summary)?;
     } else {
-        writeln!(std::io::stdout().lock(), "{summary}")?;
+        print(summary)?;
     }
     Ok(Status::Fine)
 }

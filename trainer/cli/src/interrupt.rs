@@ -1,9 +1,9 @@
 //! Ctrl-C and termination: what is going on ends in good order.
 
-use std::io::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use tpg_tasks::console::note;
 use tpg_tasks::exit_status::{Failure, Status};
 
 /// A flag that the first signal sets; the second one ends the process at once.
@@ -13,12 +13,9 @@ pub(crate) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     ctrlc::set_handler(move || {
         // The second signal is meant: the last checkpoint stays as it is.
         if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(Status::Interrupted as i32);
+            std::process::exit(Status::Interrupted.code().into());
         }
-        let _ = writeln!(
-            std::io::stderr(),
-            "stopping, then writing a checkpoint; again to stop at once"
-        );
+        note("stopping, then writing a checkpoint; again to stop at once");
     })?;
     Ok(stop)
 }

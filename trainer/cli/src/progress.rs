@@ -1,6 +1,6 @@
 //! How training shows that it advances: a bar on a terminal, lines elsewhere. Both move within a generation too.
 
-use std::io::{IsTerminal as _, Write as _};
+use std::io::IsTerminal as _;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use tpg_tasks::console::note;
 use tpg_trainer::monitor::{Monitor, Progress as Scored};
 use tpg_trainer::session::{Budget, GenerationReport, Session};
 
@@ -71,7 +72,7 @@ impl Progress {
                     bar.set_message(view.short());
                 } else if known.since.elapsed() >= LINE_EVERY && line.elapsed() >= LINE_EVERY {
                     line = Instant::now();
-                    say(&view.long());
+                    note(view.long());
                 }
             }
         });
@@ -99,7 +100,7 @@ impl Progress {
         };
         drop(known);
         if self.bar.is_none() {
-            say(&format!(
+            note(format_args!(
                 "generation {:>4}  best {:>9.2}  mean {:>9.2}  {:>7.0} steps/s  {:>6.1} s",
                 report.generation, report.best, report.mean, rate, elapsed
             ));
@@ -116,11 +117,6 @@ impl Progress {
             bar.abandon();
         }
     }
-}
-
-/// Writes a line to standard error, if anybody listens.
-pub(crate) fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// What there is to show at one moment.

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::progress::{Progress, say};
+use super::progress::Progress;
 use crate::interrupt::stop_on_signal;
+use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::task::locate;
+use tpg_tasks::task::{description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
 use tpg_trainer::monitor::Monitor;
-use tpg_trainer::run_folder::{Keep, Origin, Quoted, RunFolder};
+use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Budget, GenerationReport, Session, train};
 
 /// Generations of a run that names no budget.
@@ -151,10 +152,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     folder.finish(&session).map_err(Failure::of)?;
     summary(&session, &folder);
     if monitor.interrupted() {
-        say(&format!(
-            "interrupted; go on with: tpg train --resume {}",
-            Quoted(&folder.path().display().to_string())
-        ));
+        let folder = folder.path().display().to_string();
+        let resume = command_line(["tpg", "train", "--resume", &folder]);
+        note(format_args!("interrupted; go on with: {resume}"));
         return Ok(Status::Interrupted);
     }
     Ok(stability.status())
@@ -163,25 +163,20 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
 /// Says where the champion is, and how to score it.
 fn summary(session: &Session, folder: &RunFolder) {
     let Some((_, record)) = session.champion() else {
-        return say(&format!(
+        return note(format_args!(
             "{}: no generation was completed, so there is no champion yet",
             folder.path().display()
         ));
     };
-    let champion = folder.champion().display().to_string();
-    // A task that a file describes is not known by its name.
-    let described = Path::new(&session.config().task).extension().is_some();
-    let task = match described {
-        true => format!(" --task {}", Quoted(&session.config().task)),
-        false => String::new(),
-    };
-    say(&format!(
-        "{champion} after {} generations, {} steps: training score {:.2}; \
-         the mean over fresh episodes is lower: tpg eval {}{task}",
+    let champion = folder.champion();
+    note(format_args!(
+        "{} after {} generations, {} steps: training score {:.2}; \
+         the mean over fresh episodes is lower: {}",
+        champion.display(),
         session.generation(),
         session.steps(),
         record.score,
-        Quoted(&champion),
+        eval_command(&champion, &session.config().task),
     ));
 }
 
@@ -200,7 +195,7 @@ impl Stability {
         self.unstable += report.unstable;
         self.episodes += report.episodes;
         if report.unstable as f64 > Self::MANY * report.episodes as f64 {
-            say(&format!(
+            note(format_args!(
                 "warning: {} of {} episodes of generation {} became unstable and were ended",
                 report.unstable, report.episodes, report.generation
             ));
@@ -212,7 +207,7 @@ impl Stability {
         if self.unstable == 0 {
             return Status::Fine;
         }
-        say(&format!(
+        note(format_args!(
             "warning: {} of {} episodes became unstable; check the model, its time step, and the range of its controls",
             self.unstable, self.episodes
         ));
@@ -221,4 +216,14 @@ impl Stability {
             false => Status::Fine,
         }
     }
+}
+
+/// The command that scores a champion; one of a described task is scored only with the task's file at hand.
+fn eval_command(champion: &Path, task: &str) -> String {
+    let champion = champion.display().to_string();
+    let mut words = vec!["tpg", "eval", &champion];
+    if description_file(task).is_some() {
+        words.extend(["--task", task]);
+    }
+    command_line(words)
 }

@@ -1,10 +1,10 @@
 //! What can be wrong with the folder of a run.
 
-use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use tpg_tasks::console::command_line;
 use tpg_tasks::exit_status::{HasStatus, Status, one_line};
 use tpg_tasks::task::UnknownTask;
 
@@ -16,9 +16,9 @@ use crate::session::{CheckpointError, SessionError};
 pub enum RunFolderError {
     /// There is a run in it.
     #[error(
-        "{path} holds a run already; go on with it by `tpg train --resume {quoted}`, or choose another folder",
-        path = .0.display(),
-        quoted = Quoted(&.0.display().to_string())
+        "{} holds a run already; go on with it by `{}`, or choose another folder",
+        .0.display(),
+        command_line(["tpg", "train", "--resume", &.0.display().to_string()])
     )]
     HoldsRun(PathBuf),
     /// A file has a name that a run uses, but no run wrote it.
@@ -35,7 +35,7 @@ pub enum RunFolderError {
     /// The run ended before its first checkpoint.
     #[error(
         "{path} holds no checkpoint: the run ended before its first; begin it again: {}",
-        Command(command)
+        command_line(command)
     )]
     NoCheckpoint {
         /// The folder.
@@ -121,36 +121,6 @@ impl HasStatus for RunFolderError {
             | Self::Checkpoint(_) => Status::BadInput,
             Self::Session(_) => Status::OurFault,
         }
-    }
-}
-
-/// A word as a shell takes it: quoted where it must be.
-#[derive(Debug, Clone, Copy)]
-pub struct Quoted<'a>(
-    /// The word.
-    pub &'a str,
-);
-
-impl fmt::Display for Quoted<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+%@".contains(c);
-        if !self.0.is_empty() && self.0.chars().all(plain) {
-            return f.write_str(self.0);
-        }
-        write!(f, "'{}'", self.0.replace('\'', r"'\''"))
-    }
-}
-
-/// A command as a shell takes it.
-struct Command<'a>(&'a [String]);
-
-impl fmt::Display for Command<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, word) in self.0.iter().enumerate() {
-            let gap = if k == 0 { "" } else { " " };
-            write!(f, "{gap}{}", Quoted(word))?;
-        }
-        Ok(())
     }
 }
 

@@ -11,8 +11,10 @@
 //! | [`stats`] | means, intervals and tests over returns |
 //! | [`trace`] | every decision of an evaluation, recorded and decided again |
 //! | [`score`] | arguments, set-up and report of the commands that score a policy |
-//! | [`exit_status`] | how a command ends |
+//! | [`exit_status`] | how a command ends: the statuses, and errors that carry one |
+//! | [`console`] | what commands print, and to where |
 
+pub mod console;
 pub mod eval;
 pub mod exit_status;
 pub mod score;

@@ -142,7 +142,7 @@ pub fn names() -> &'static [&'static str] {
 /// # }
 /// ```
 pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
-    if let Some(path) = file(name) {
+    if let Some(path) = description_file(name) {
         return described(path);
     }
     match TABLE
@@ -160,8 +160,9 @@ pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
     }
 }
 
-/// The path of a described task, as opposed to the name of a built-in one.
-fn file(name: &str) -> Option<&Path> {
+/// The path of the TOML file that describes a task, where `name` is one instead of a built-in task's name.
+#[must_use]
+pub fn description_file(name: &str) -> Option<&Path> {
     let path = Path::new(name);
     (path.extension()? == "toml").then_some(path)
 }
@@ -182,7 +183,7 @@ fn described(_: &Path) -> Result<Box<dyn Task>, UnknownTask> {
 /// The name of a task, with the path of a described one made absolute, so that it means the same in every folder.
 #[must_use]
 pub fn locate(name: &str) -> String {
-    let absolute = file(name).and_then(|path| std::path::absolute(path).ok());
+    let absolute = description_file(name).and_then(|path| std::path::absolute(path).ok());
     absolute
         .and_then(|path| Some(path.to_str()?.to_owned()))
         .unwrap_or_else(|| name.to_owned())
@@ -193,7 +194,7 @@ pub fn locate(name: &str) -> String {
 /// # Errors
 /// [`UnknownTask::BadFile`] where they cannot be read.
 pub fn identity(name: &str) -> Result<String, UnknownTask> {
-    let Some(path) = file(name) else {
+    let Some(path) = description_file(name) else {
         return Ok(name.to_owned());
     };
     #[cfg(feature = "mujoco")]

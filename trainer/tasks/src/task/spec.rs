@@ -1,5 +1,7 @@
 //! What every task offers.
 
+use std::fmt;
+
 use super::Rng;
 use tpg_runtime::Action;
 
@@ -46,6 +48,17 @@ pub enum ActionSpace {
         /// The greatest value of each.
         high: f32,
     },
+}
+
+impl fmt::Display for ActionSpace {
+    /// In words, such as `one of 3 actions` or `6 values from -1 to 1`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Discrete(count) => write!(f, "one of {count} actions"),
+            Self::Continuous { len: 1, low, high } => write!(f, "1 value from {low} to {high}"),
+            Self::Continuous { len, low, high } => write!(f, "{len} values from {low} to {high}"),
+        }
+    }
 }
 
 /// The outcome of one control step.

@@ -17,7 +17,7 @@ pub(super) const VERSION: u32 = 1;
 /// One line of a trace. The first is the header, the last the end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Line {
+pub enum Event {
     /// What was recorded.
     Header(Header),
     /// An episode begins.
@@ -234,7 +234,7 @@ pub(super) fn decide<'a>(
 }
 
 /// An agent that writes every decision to a trace.
-pub struct Recording<'p, W> {
+pub struct TracingController<'p, W> {
     agent: Box<HostAgent<'p>>,
     out: W,
     episodes: u32,
@@ -242,14 +242,14 @@ pub struct Recording<'p, W> {
     decisions: u64,
 }
 
-impl<'p, W: Write> Recording<'p, W> {
+impl<'p, W: Write> TracingController<'p, W> {
     /// Begins a trace.
     ///
     /// # Errors
     /// Where it cannot be written.
     pub fn new(agent: Box<HostAgent<'p>>, header: Header, mut out: W) -> io::Result<Self> {
-        write_line(&mut out, &Line::Header(header))?;
-        Ok(Recording {
+        write_event(&mut out, &Event::Header(header))?;
+        Ok(TracingController {
             agent,
             out,
             episodes: 0,
@@ -264,13 +264,13 @@ impl<'p, W: Write> Recording<'p, W> {
     /// Where it cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         let decisions = self.decisions;
-        write_line(&mut self.out, &Line::End { decisions })?;
+        write_event(&mut self.out, &Event::End { decisions })?;
         self.out.flush()
     }
 }
 
-fn write_line(out: &mut impl Write, line: &Line) -> io::Result<()> {
-    serde_json::to_writer(&mut *out, line)?;
+fn write_event(out: &mut impl Write, event: &Event) -> io::Result<()> {
+    serde_json::to_writer(&mut *out, event)?;
     out.write_all(b"\n")
 }
 
@@ -285,18 +285,18 @@ pub enum RecordError {
     Write(#[from] io::Error),
 }
 
-impl<W: Write> Controller for Recording<'_, W> {
+impl<W: Write> Controller for TracingController<'_, W> {
     type Error = RecordError;
 
     fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), RecordError> {
         self.agent.reset(what, agent_seed);
-        let line = Line::Reset {
+        let line = Event::Reset {
             episode: self.episodes,
             agent: what == Reset::Agent,
             seed: agent_seed,
         };
         (self.episodes, self.step) = (self.episodes + 1, 0);
-        Ok(write_line(&mut self.out, &line)?)
+        Ok(write_event(&mut self.out, &line)?)
     }
 
     fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, RecordError> {
@@ -305,7 +305,7 @@ impl<W: Write> Controller for Recording<'_, W> {
         let instructions = decision.instructions;
         self.step += 1;
         self.decisions += 1;
-        write_line(&mut self.out, &Line::Decision(decision))?;
+        write_event(&mut self.out, &Event::Decision(decision))?;
         Ok(Reply {
             action,
             instructions,

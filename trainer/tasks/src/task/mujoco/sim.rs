@@ -1,5 +1,6 @@
 //! What the MuJoCo tasks share: one model for the process, one state for each instance.
 
+use crate::console::note;
 use crate::task::{Step, Terms};
 use mujoco_rs::{
     error::MjModelError,
@@ -75,7 +76,7 @@ fn silence() {
 /// Tells why MuJoCo is about to end the process. Warnings are counted in the state, where [`Sim::advance`] finds them.
 fn report(message: &MjLogMessage) {
     if message.level() == MjtLogLevel::mjLOG_ERROR {
-        eprintln!("error: MuJoCo: {}", message.subject());
+        note(format_args!("error: MuJoCo: {}", message.subject()));
     }
 }
 

@@ -1,5 +1,7 @@
 //! The keys of a file that describes a task.
 
+use std::fmt;
+
 use super::unknown;
 use serde::Deserialize;
 use toml::{Table, Value};
@@ -77,6 +79,19 @@ pub(super) enum RewardKind {
     Square,
     Velocity,
     ControlCost,
+}
+
+impl fmt::Display for RewardKind {
+    /// As the file writes it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Constant => "constant",
+            Self::Linear => "linear",
+            Self::Square => "square",
+            Self::Velocity => "velocity",
+            Self::ControlCost => "control-cost",
+        })
+    }
 }
 
 #[derive(Debug, Deserialize)]

@@ -45,10 +45,10 @@ impl Reward {
         };
         if needs_source != term.source.is_some() {
             let word = if needs_source { "needs a" } else { "has no" };
-            return Err(format!("reward.kind = {:?}: it {word} source", term.kind));
+            return Err(format!("reward.kind = \"{}\": it {word} source", term.kind));
         }
         if term.target.is_some() && !takes_target {
-            return Err(format!("reward.kind = {:?}: it has no target", term.kind));
+            return Err(format!("reward.kind = \"{}\": it has no target", term.kind));
         }
         let source = || Source::find(term.source.as_deref().unwrap_or_default(), model);
         let kind = match term.kind {
