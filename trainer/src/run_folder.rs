@@ -178,9 +178,12 @@ impl RunFolder {
         accept_changed_task: bool,
     ) -> Result<(Self, Session, Budget), RunFolderError> {
         let run_path = path.join("run.toml");
+        let checkpoint_path = path.join("checkpoint");
+        if !run_path.exists() && !checkpoint_path.exists() {
+            return Err(RunFolderError::NoRun(path.to_owned()));
+        }
         let run: RunFile = from_toml(&run_path)?;
         let lock = Lock::take(path)?;
-        let checkpoint_path = path.join("checkpoint");
         if !checkpoint_path.exists() {
             return Err(RunFolderError::NoCheckpoint {
                 path: path.to_owned(),

@@ -32,6 +32,9 @@ pub enum RunFolderError {
         /// The number of the process, in words; empty if it is not known.
         pid: String,
     },
+    /// There is no run in it.
+    #[error("{} holds no run: there is no checkpoint and no run.toml", .0.display())]
+    NoRun(PathBuf),
     /// The run ended before its first checkpoint.
     #[error(
         "{path} holds no checkpoint: the run ended before its first; begin it again: {}",
@@ -112,7 +115,8 @@ impl HasStatus for RunFolderError {
                 action: "write", ..
             })
             | Self::Session(SessionError::Config(_)) => Status::Usage,
-            Self::NoCheckpoint { .. }
+            Self::NoRun(_)
+            | Self::NoCheckpoint { .. }
             | Self::Differs { .. }
             | Self::TaskChanged { .. }
             | Self::Task(_)
