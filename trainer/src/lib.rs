@@ -1,8 +1,8 @@
 //! Evolves Tangled Program Graphs.
 pub mod config;
-mod defaults;
 pub mod evolve;
 pub mod front_end;
+mod keys;
 pub mod lower;
 pub mod pool;
 pub mod run_folder;
