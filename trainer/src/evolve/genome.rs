@@ -8,6 +8,7 @@ use tpg_runtime::blob::ResetScope;
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
 
+use crate::keys::named;
 use tpg_tasks::task::{ActionSpace, Rng};
 
 /// Names a team for the length of a run; larger is younger.
@@ -41,6 +42,8 @@ impl ActionPrograms {
         }
     }
 }
+
+named!(ActionPrograms);
 
 /// The sizes that every genome of a run shares.
 #[derive(Debug, Clone, Copy, PartialEq)]
