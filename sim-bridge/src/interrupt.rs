@@ -19,7 +19,7 @@ pub fn install() -> Result<(), BridgeError> {
 /// Sets the flag when standard input closes, which it does when the process at its other end dies, however it dies.
 pub fn follow_standard_input() {
     thread::spawn(|| {
-        // What comes is of no interest, only that nothing more can come.
+        // The input itself is ignored; only its end counts.
         let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
         request();
     });

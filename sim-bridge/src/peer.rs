@@ -69,7 +69,7 @@ impl Peer {
         }
     }
 
-    /// Why its port is no longer there; a death is believed only if it lasts.
+    /// Why its port is no longer there; a process counts as dead only if it stays so.
     #[cold]
     pub(crate) fn gone(&self, config: &Config) -> BridgeError {
         let (peer, pid) = (self.role, self.pid);

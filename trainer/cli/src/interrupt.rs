@@ -1,4 +1,4 @@
-//! Ctrl-C and termination: what is going on ends in good order.
+//! Ctrl-C and termination signals: the current generation is finished and a checkpoint written.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

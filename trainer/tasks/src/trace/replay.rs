@@ -40,7 +40,7 @@ pub enum ReplayError {
         source: io::Error,
     },
     /// A line is not what it should be.
-    #[error("line {line} is no line of a trace: {reason}")]
+    #[error("line {line} is not a line of a trace: {reason}")]
     Malformed {
         /// Line of the trace, from 1.
         line: u64,

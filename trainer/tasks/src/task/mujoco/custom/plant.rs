@@ -1,4 +1,4 @@
-//! A described task at work.
+//! The task that a description makes.
 
 use super::description::Description;
 use super::drive::{Drive, drives};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, sync::Arc};
 use tpg_runtime::Action;
 
-/// One element of the observation; the clip is infinite where there is none.
+/// One element of the observation; without a clip in the file, `clip` is infinite.
 #[derive(Debug)]
 struct Input {
     source: Source,

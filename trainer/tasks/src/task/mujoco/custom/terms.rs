@@ -6,7 +6,7 @@ use crate::task::Terms;
 use mujoco_rs::prelude::{MjData, MjModel};
 use std::sync::Arc;
 
-/// What of a reward is a function of the state or the action.
+/// The function of state or action that a reward term weights.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     Constant,
