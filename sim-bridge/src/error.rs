@@ -204,7 +204,7 @@ pub enum BridgeError {
         /// The number that this is about.
         detail: u32,
     },
-    /// The process cannot be told when the user asks to stop.
+    /// The handler of Ctrl-C cannot be installed.
     #[error("cannot watch for Ctrl-C")]
     Signals(#[from] ctrlc::Error),
     /// The user asked to stop.

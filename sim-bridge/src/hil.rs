@@ -45,7 +45,7 @@ pub struct HilArgs {
     /// What to score.
     #[command(flatten)]
     score: ScoreArgs,
-    /// Whether the clock waits.
+    /// Lock-step or real time; the plant gets these arguments too.
     #[command(flatten)]
     _pace: PaceArgs,
     /// Whether the controller is a board.

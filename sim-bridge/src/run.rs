@@ -76,7 +76,7 @@ fn base() -> PathBuf {
     PathBuf::from(format!("/tmp/tpg-bridge-{user}"))
 }
 
-/// A process's place in a run; the last one to leave removes the run's files.
+/// A process's membership of a run; the last process to leave removes the run's files.
 #[derive(Debug)]
 pub(crate) struct Presence {
     run: RunName,
@@ -138,7 +138,7 @@ fn hold(folder: &Path) -> io::Result<Option<File>> {
     Ok(same.then_some(file))
 }
 
-/// Removes what runs left behind of which every process is dead.
+/// Removes what dead runs left behind; a run is dead when all its processes are.
 pub fn sweep() {
     // What cannot be removed now is tried again at the next start.
     let Ok(folders) = fs::read_dir(base()) else {
@@ -171,7 +171,7 @@ fn remove(run: &RunName) -> io::Result<()> {
             fs::remove_file(file.path())?;
         }
     }
-    // Under another name first: what a newcomer makes under this one meanwhile is not touched.
+    // Renamed first, so that a folder which another process makes under the old name meanwhile is not touched.
     let removed = base().join(format!("{REMOVED}{run}-{}", std::process::id()));
     fs::rename(&folder, &removed)?;
     fs::remove_dir_all(removed)

@@ -1,4 +1,4 @@
-//! Requests and answers: numbered, with a deadline on every wait; a request whose answer is lost is sent again.
+//! Numbered requests and answers, with a deadline on every wait; a request without an answer is sent again.
 
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};

@@ -32,7 +32,7 @@ pub(crate) fn run(name: &str, args: &Args) -> Result<Status, Failure> {
 
 /// Becomes the command; returns only if it cannot be started.
 ///
-/// As one process, it alone answers to Ctrl-C, and has cleared up when the shell goes on.
+/// The program takes the place of this process, so that it alone gets Ctrl-C and has cleared up before the shell goes on.
 #[cfg(unix)]
 fn replace(command: &mut Command) -> std::io::Error {
     use std::os::unix::process::CommandExt as _;

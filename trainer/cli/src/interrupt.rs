@@ -11,7 +11,7 @@ pub(crate) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = stop.clone();
     ctrlc::set_handler(move || {
-        // The second signal is meant: the last checkpoint stays as it is.
+        // A second signal ends the process at once; the last checkpoint stays as it is.
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(Status::Interrupted.code().into());
         }

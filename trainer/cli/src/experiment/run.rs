@@ -65,7 +65,7 @@ impl Args {
     }
 }
 
-/// Gives errors of the folder the status of their cause.
+/// The failure of a folder's error, with the status of its cause.
 fn folder_failure(error: FolderError) -> Failure {
     match error {
         FolderError::Differs { .. } | FolderError::Write(_) => Failure::usage(error),

@@ -31,7 +31,7 @@ pub trait Controller {
 pub struct Reply<'a> {
     /// What the plant is to do.
     pub action: Action<'a>,
-    /// Instructions executed to find out.
+    /// Instructions executed for this decision.
     pub instructions: u32,
 }
 

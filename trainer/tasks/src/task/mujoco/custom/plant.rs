@@ -251,7 +251,7 @@ mod tests {
     use super::super::description::{self, RewardKind};
     use super::*;
 
-    /// A mass of 1 kg on a slide without gravity or friction, and what of it a task uses.
+    /// A mass of 1 kg on a slide without gravity or friction.
     const MODEL: &str = r#"<mujoco>
         <option timestep="0.01" gravity="0 0 0" integrator="Euler"/>
         <worldbody>
