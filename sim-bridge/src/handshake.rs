@@ -114,7 +114,7 @@ fn action_text(header: &Header) -> String {
     let (kind, count) = (header.action_kind.name(), header.actions);
     match header.action_kind {
         ActionKind::Discrete => format!("{kind}, one of {count}"),
-        ActionKind::Continuous | ActionKind::Each => {
+        _ => {
             let (low, high) = (header.action_low, header.action_high);
             format!("{kind}, {count} values from {low} to {high}")
         }

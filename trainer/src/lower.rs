@@ -5,13 +5,13 @@
 //! memory accesses need.
 
 mod constants;
-mod contract;
 mod emit;
 mod liveness;
+mod policy_spec;
 
 pub use constants::{ConstantSite, Owner, constant_sites, with_constants};
-pub use contract::Contract;
 pub use emit::{LowerError, lower};
+pub use policy_spec::PolicySpec;
 
 /// How much of a genome reaches the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,14 +105,14 @@ mod tests {
         ]
     }
 
-    fn contract(case: &Case, shape: Shape) -> Contract {
+    fn policy_spec(case: &Case, shape: Shape) -> PolicySpec {
         let labels = usize::from(shape.inputs)
             + match shape.actions {
                 ActionSpace::Discrete(_) => 0,
                 ActionSpace::Continuous { len, .. } => usize::from(len),
             };
         let stateful = case.mode == RegisterMode::Stateful;
-        Contract {
+        PolicySpec {
             task: "none-v0".into(),
             observability: "none".into(),
             labels: "x\t1\n".repeat(labels),
@@ -189,7 +189,7 @@ mod tests {
             reset_rules: false,
         };
         let params = crate::evolve::tests::params();
-        let contract = contract(case, shape);
+        let policy_spec = policy_spec(case, shape);
         let mut population = Population::random(&genes, &params, &mut rng);
         let mut scores: Vec<(TeamId, f64)> = population.roots.iter().map(|r| (*r, 0.0)).collect();
         for _ in 0..generations {
@@ -214,7 +214,7 @@ mod tests {
         for root in &population.roots {
             let modes = [Mode::Whole, Mode::Counting, Mode::Compact];
             let [whole, counting, compact] = modes.map(|mode| {
-                lower(&population, *root, &contract, [0; 16], None, mode).expect("small enough")
+                lower(&population, *root, &policy_spec, [0; 16], None, mode).expect("small enough")
             });
             let (evolved, teams, more) = decisions(&whole, &observations);
             let (exported, _, fewer) = decisions(&compact, &observations);

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 use tpg_runtime::blob::ActionKind;
-use tpg_runtime::frontend::Blank;
 use tpg_runtime::tables::{Program, Target};
 use tpg_runtime::{Capacities, Policy};
 
@@ -83,11 +82,7 @@ fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
     let (header, inputs) = (policy.header(), policy.inputs());
     let believed = |column: &u16| front_end.columns.contains(&column.to_le_bytes());
     Some(FrontEndSummary {
-        blank: match front_end.blank {
-            Blank::Zero => "zero",
-            Blank::Hold => "hold",
-            Blank::Believe => "believe",
-        },
+        blank: front_end.fallback.name(),
         degree: front_end.degree,
         believed: (0u16..)
             .zip(inputs)
@@ -122,8 +117,9 @@ struct AsEvolved {
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.file.display();
     let (bytes, whole) = if args.file.is_dir() {
-        let session = session::load(&args.file.join("checkpoint"))
+        let checkpoint = session::load(&args.file.join("checkpoint"))
             .or_bad_input(format!("{file} holds no run"))?;
+        let session = checkpoint.session;
         let whole = session.lower_champion(Mode::Whole);
         (session.export_champion()?, Some(whole?))
     } else {

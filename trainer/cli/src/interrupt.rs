@@ -15,7 +15,7 @@ pub(crate) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(Status::Interrupted.code().into());
         }
-        note("finishing this generation, then writing a checkpoint; again to stop at once");
+        note("stopping, then writing a checkpoint; again to stop at once");
     })?;
     Ok(stop)
 }

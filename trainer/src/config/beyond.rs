@@ -3,20 +3,24 @@
 use tpg_runtime::blob::{InitialValues, RegisterMode};
 use tpg_runtime::isa::Op;
 
-use super::blueprint::value;
+use super::settings::value;
 use super::{Config, ConfigError, SelectionParams};
 use crate::evolve::{ActionPrograms, Initial, linear_ops, memory_ops};
-use crate::lower::Contract;
+use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
 use tpg_tasks::task::ActionSpace;
 
 /// Refuses settings that make no sense, or not with this policy.
-pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
-    check_action_programs(config, contract)?;
-    check_initial(config.evolution.initial, contract, ops)?;
-    check_tuning(&config.tuning, contract)?;
-    check_memory(config, contract, ops)?;
-    check_curriculum(config, contract)?;
+pub(super) fn check(
+    config: &Config,
+    policy_spec: &PolicySpec,
+    ops: &[Op],
+) -> Result<(), ConfigError> {
+    check_action_programs(config, policy_spec)?;
+    check_initial(config.evolution.initial, policy_spec, ops)?;
+    check_tuning(&config.tuning, policy_spec)?;
+    check_memory(config, policy_spec, ops)?;
+    check_curriculum(config, policy_spec)?;
     check_selection(&config.selection)?;
     let (alive, control) = (
         config.evaluation.shaping.alive,
@@ -32,11 +36,11 @@ pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<
     }
     let again = [
         ("evaluation.elites", config.evaluation.elites),
-        ("tuning.lines", config.tuning.lines),
+        ("tuning.lines", config.tuning.lineages),
         ("selection.candidates", config.selection.candidates),
     ];
     for (key, number) in again {
-        if number > 0 && contract.shares_memory() {
+        if number > 0 && policy_spec.shares_memory() {
             let why = "where agents share one memory none can be scored twice; take another \
                        policy.reset-scope, or 0";
             return Err(value(key, &number.to_string(), why));
@@ -45,15 +49,15 @@ pub(super) fn check(config: &Config, contract: &Contract, ops: &[Op]) -> Result<
     Ok(())
 }
 
-fn check_action_programs(config: &Config, contract: &Contract) -> Result<(), ConfigError> {
-    let shape = &contract.shape;
+fn check_action_programs(config: &Config, policy_spec: &PolicySpec) -> Result<(), ConfigError> {
+    let shape = &policy_spec.shape;
     if shape.action_programs == ActionPrograms::Winner {
         return Ok(());
     }
     let ActionSpace::Continuous { len: 2.., .. } = shape.actions else {
         let why = format!(
             "the task {} does not have several continuous outputs; take \"winner\"",
-            contract.task
+            policy_spec.task
         );
         let name = shape.action_programs.name();
         return Err(value("policy.action-programs", name, why));
@@ -71,14 +75,18 @@ fn check_action_programs(config: &Config, contract: &Contract) -> Result<(), Con
     Ok(())
 }
 
-fn check_initial(initial: Initial, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
+fn check_initial(
+    initial: Initial,
+    policy_spec: &PolicySpec,
+    ops: &[Op],
+) -> Result<(), ConfigError> {
     let key = "evolution.initial";
     let name = match initial {
         Initial::Random => return Ok(()),
         Initial::Linear => "linear",
         Initial::LinearHistory => "linear-history",
     };
-    let needed = linear_ops(&contract.shape, initial);
+    let needed = linear_ops(&policy_spec.shape, initial);
     if let Some(missing) = needed.into_iter().find(|op| !ops.contains(op)) {
         let why = format!(
             "needs the operation {}, which is in none of policy.groups",
@@ -86,18 +94,18 @@ fn check_initial(initial: Initial, contract: &Contract, ops: &[Op]) -> Result<()
         );
         return Err(value(key, name, why));
     }
-    if contract.initial_values == InitialValues::Zero {
+    if policy_spec.initial_values == InitialValues::Zero {
         let why = "needs policy.initial-values = \"evolved\"";
         return Err(value(key, name, why));
     }
-    if initial == Initial::LinearHistory && contract.register_mode == RegisterMode::Stateless {
+    if initial == Initial::LinearHistory && policy_spec.register_mode == RegisterMode::Stateless {
         let why = "needs policy.register-mode = \"stateful\", to remember the last observation";
         return Err(value(key, name, why));
     }
     Ok(())
 }
 
-fn check_memory(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), ConfigError> {
+fn check_memory(config: &Config, policy_spec: &PolicySpec, ops: &[Op]) -> Result<(), ConfigError> {
     let (rate, after) = (config.evolution.team.remember, config.tuning.remember_after);
     let (key, text) = if after > 0 {
         ("tuning.remember-after", after.to_string())
@@ -106,14 +114,14 @@ fn check_memory(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), 
     } else {
         return Ok(());
     };
-    let needed = memory_ops(&contract.shape);
+    let needed = memory_ops(&policy_spec.shape);
     if let Some(missing) = needed.into_iter().find(|op| !ops.contains(op)) {
         let missing = missing.mnemonic();
         let why = format!("needs the operation {missing}, which is in none of policy.groups");
         return Err(value(key, &text, why));
     }
-    if contract.register_mode == RegisterMode::Stateless
-        || contract.initial_values == InitialValues::Zero
+    if policy_spec.register_mode == RegisterMode::Stateless
+        || policy_spec.initial_values == InitialValues::Zero
     {
         let why = "memory lies in registers that keep their values: it needs policy.register-mode = \"stateful\" and \
                    policy.initial-values = \"evolved\"";
@@ -122,7 +130,7 @@ fn check_memory(config: &Config, contract: &Contract, ops: &[Op]) -> Result<(), 
     Ok(())
 }
 
-fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigError> {
+fn check_curriculum(config: &Config, policy_spec: &PolicySpec) -> Result<(), ConfigError> {
     let curriculum = &config.evaluation.curriculum;
     let blackout = |o: &String| o.starts_with("blackout");
     let (key, steps) = ("evaluation.curriculum.steps", curriculum.steps.to_string());
@@ -134,7 +142,7 @@ fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigEr
             "0",
             "must be at least 1",
         ))
-    } else if contract.shares_memory() {
+    } else if policy_spec.shares_memory() {
         let why = "all agents are scored again at each stage, which none can be where agents share one memory";
         Err(value(key, &steps, why))
     } else if !config.observability.iter().any(blackout) {
@@ -148,13 +156,13 @@ fn check_curriculum(config: &Config, contract: &Contract) -> Result<(), ConfigEr
     }
 }
 
-fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), ConfigError> {
-    if tuning.lines == 0 {
+fn check_tuning(tuning: &TuningParams, policy_spec: &PolicySpec) -> Result<(), ConfigError> {
+    if tuning.lineages == 0 {
         return Ok(());
     }
-    if contract.initial_values == InitialValues::Zero {
+    if policy_spec.initial_values == InitialValues::Zero {
         let why = "there are no constants to tune with policy.initial-values = \"zero\"";
-        return Err(value("tuning.lines", &tuning.lines.to_string(), why));
+        return Err(value("tuning.lines", &tuning.lineages.to_string(), why));
     }
     let positive = [
         ("tuning.iterations", tuning.iterations),
@@ -176,7 +184,7 @@ fn check_tuning(tuning: &TuningParams, contract: &Contract) -> Result<(), Config
     }
     if tuning.halve && tuning.one_after == 0 {
         let why =
-            "needs tuning.one-after, the iterations in which lines are halved until one is left";
+            "needs tuning.one-after, the iterations in which lineages are halved until one is left";
         return Err(value("tuning.halve", "true", why));
     }
     if !(tuning.margin >= 0.0 && tuning.margin.is_finite()) {

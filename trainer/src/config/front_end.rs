@@ -1,17 +1,17 @@
 //! Checks of the settings of learned front ends.
 
-use tpg_runtime::frontend::{MAX_DEGREE, monomials};
+use tpg_runtime::front_end::{MAX_DEGREE, monomials};
 
 use super::ConfigError;
-use super::blueprint::value;
 use super::layers::nearest;
-use crate::frontend::{Belief, Columns, FrontEndParams};
+use super::settings::value;
+use crate::front_end::{Columns, FrontEndFallback, FrontEndParams};
 use tpg_tasks::task::Channel;
 
 /// Most monomials of a model: a fit takes time with their square and room in each policy.
 const MOST_MONOMIALS: u64 = 700;
 
-/// Checks the settings and returns the numbers of the believed columns; `None` if the data are to choose them.
+/// Checks the settings and returns the numbers of the columns that a model describes; `None` if the data are to choose them.
 pub(super) fn check(
     params: &FrontEndParams,
     inputs: &[Channel],
@@ -45,7 +45,7 @@ pub(super) fn check(
     let columns = columns(&params.columns, inputs)?;
     let most = columns.as_ref().map_or(inputs.len(), Vec::len) + actions;
     let count = monomials(most, params.degree);
-    if params.belief == Belief::Learned && count > MOST_MONOMIALS {
+    if params.belief == FrontEndFallback::Learned && count > MOST_MONOMIALS {
         let why = format!(
             "a model of {most} variables has {count} monomials, at most {MOST_MONOMIALS} are fitted: \
              name fewer front-end.columns, or take a lower degree"
@@ -97,7 +97,7 @@ mod tests {
         let with = |columns: Columns| {
             let params = FrontEndParams {
                 columns,
-                belief: Belief::Learned,
+                belief: FrontEndFallback::Learned,
                 ..FrontEndParams::default()
             };
             check(&params, &inputs, 1).map_err(|error| error.to_string())

@@ -1,6 +1,7 @@
 //! Merging layers of TOML, with suggestions for keys that do not exist.
 
 use toml::{Table, Value};
+use tpg_tasks::exit_status::one_line;
 
 use super::preset::DEFAULTS;
 use super::{Config, Preset};
@@ -48,14 +49,14 @@ pub enum ConfigError {
 
 impl From<toml::de::Error> for ConfigError {
     fn from(error: toml::de::Error) -> Self {
-        ConfigError::Toml(error.to_string().trim_end().replace('\n', "; "))
+        ConfigError::Toml(one_line(&error))
     }
 }
 
 /// Merges a preset with a file's text and with `key=value` settings.
 ///
 /// # Errors
-/// [`ConfigError`] for unknown keys and values of the wrong type; [`super::Blueprint`] checks what they mean.
+/// [`ConfigError`] for unknown keys and values of the wrong type; [`super::Settings`] checks what they mean.
 pub fn resolve(
     preset: &Preset,
     file: Option<&str>,
@@ -151,6 +152,27 @@ pub fn leaves<'a>(
         }
     }
     all
+}
+
+/// In which keys two configurations differ, with the values of both; `None` if in none.
+#[must_use]
+pub fn differences(here: &Config, there: &Config) -> Option<String> {
+    let table = |config| Table::try_from(config).unwrap_or_default();
+    let (here, there) = (table(here), table(there));
+    let (here, there) = (leaves(&here, ""), leaves(&there, ""));
+    let value = |values: &[(String, &Value)], key: &str| {
+        let found = values.iter().find(|(name, _)| name == key);
+        found.map_or_else(|| "the default".to_owned(), |(_, value)| value.to_string())
+    };
+    let mut keys: Vec<&String> = here.iter().chain(&there).map(|(key, _)| key).collect();
+    keys.sort();
+    keys.dedup();
+    let differ = keys.into_iter().filter_map(|key| {
+        let (here, there) = (value(&here, key), value(&there, key));
+        (here != there).then(|| format!("{key} = {here} instead of {there}"))
+    });
+    let all: Vec<String> = differ.collect();
+    (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// The candidate that is spelled most like `name`; empty without candidates.

@@ -5,7 +5,7 @@ use tpg_runtime::blob::WriteDistribution;
 
 use crate::defaults::is_default;
 use crate::evolve::{ActionPrograms, EvolutionParams};
-use crate::frontend::FrontEndParams;
+use crate::front_end::FrontEndParams;
 use crate::tune::TuningParams;
 use tpg_tasks::eval::Shaping;
 

@@ -32,7 +32,7 @@ pub struct Child {
 }
 
 /// Teams and programs that were there before the generation's first child.
-struct Elders {
+struct ParentPool {
     teams: Vec<TeamId>,
     programs: Vec<ProgramId>,
 }
@@ -40,21 +40,21 @@ struct Elders {
 impl Variation<'_> {
     /// Adds the generation's children to the population as roots and names them, oldest first.
     pub fn children(&self, population: &mut Population, rng: &mut Rng) -> Vec<Child> {
-        let elders = Elders {
+        let parent_pool = ParentPool {
             teams: population.teams.keys().copied().collect(),
             programs: population.programs.keys().copied().collect(),
         };
         let children: Vec<Child> = (0..self.params.children)
-            .map(|_| self.child(population, &elders, rng))
+            .map(|_| self.child(population, &parent_pool, rng))
             .collect();
         population.roots.extend(children.iter().map(|c| c.team));
         children
     }
 
-    fn child(&self, population: &mut Population, elders: &Elders, rng: &mut Rng) -> Child {
-        let (parent, mut team) = self.conceive(population, rng);
-        self.vary_members(population, elders, &mut team, rng);
-        self.mutate_programs(population, elders, &mut team, rng);
+    fn child(&self, population: &mut Population, parent_pool: &ParentPool, rng: &mut Rng) -> Child {
+        let (parent, mut team) = self.crossover_or_clone(population, rng);
+        self.vary_members(population, parent_pool, &mut team, rng);
+        self.mutate_programs(population, parent_pool, &mut team, rng);
         // Without such growth nothing is drawn, so that runs of before stay the same.
         let (growth, max) = (self.params.team.grow, self.params.team.size.max as usize);
         if growth > 0.0 && rng.chance(growth) && team.members.len() < max {
@@ -92,7 +92,7 @@ impl Variation<'_> {
     }
 
     /// A clone of one parent, or a child of two; with the parent, the first one of two.
-    fn conceive(&self, population: &Population, rng: &mut Rng) -> (TeamId, Team) {
+    fn crossover_or_clone(&self, population: &Population, rng: &mut Rng) -> (TeamId, Team) {
         let params = &self.params.team;
         if rng.chance(params.crossover) {
             for _ in 0..ATTEMPTS {
@@ -126,7 +126,7 @@ impl Variation<'_> {
     fn vary_members(
         &self,
         population: &Population,
-        elders: &Elders,
+        parent_pool: &ParentPool,
         team: &mut Team,
         rng: &mut Rng,
     ) {
@@ -146,9 +146,9 @@ impl Variation<'_> {
         }
         let mut rate = params.add;
         while team.members.len() < params.size.max as usize && rng.chance(rate) {
-            let newcomer = elders.programs[rng.below(elders.programs.len() as u64) as usize];
-            if !team.members.contains(&newcomer) {
-                team.members.push(newcomer);
+            let added = parent_pool.programs[rng.below(parent_pool.programs.len() as u64) as usize];
+            if !team.members.contains(&added) {
+                team.members.push(added);
             }
             rate = if params.repeat {
                 rate * params.add
@@ -167,7 +167,7 @@ impl Variation<'_> {
     fn mutate_programs(
         &self,
         population: &mut Population,
-        elders: &Elders,
+        parent_pool: &ParentPool,
         team: &mut Team,
         rng: &mut Rng,
     ) {
@@ -189,7 +189,7 @@ impl Variation<'_> {
                 program.constants = self.mutate_constants(&program.constants, rng);
             }
             if rng.chance(self.params.program.action) {
-                self.mutate_action(population, elders, team, at, &mut program, rng);
+                self.mutate_action(population, parent_pool, team, at, &mut program, rng);
             }
             if rng.chance(self.params.program.offset) {
                 program.offset = rng.below(u64::from(self.genes.shape.inputs)) as u16;
@@ -254,7 +254,7 @@ impl Variation<'_> {
     fn mutate_action(
         &self,
         population: &mut Population,
-        elders: &Elders,
+        parent_pool: &ParentPool,
         team: &Team,
         at: usize,
         program: &mut Program,
@@ -279,7 +279,7 @@ impl Variation<'_> {
         if !population.is_team(&others, shape) {
             return;
         }
-        let mut target = elders.teams[rng.below(elders.teams.len() as u64) as usize];
+        let mut target = parent_pool.teams[rng.below(parent_pool.teams.len() as u64) as usize];
         if population.roots.binary_search(&target).is_ok() {
             // Pointing at a root would end its life as an agent: a clone of it is pointed at instead.
             let clone = Team::clone(population.team(target));
@@ -380,7 +380,7 @@ mod tests {
             scores: &scores,
         };
         for _ in 0..200 {
-            let (_, child) = variation.conceive(&population, &mut rng);
+            let (_, child) = variation.crossover_or_clone(&population, &mut rng);
             assert!(population.is_team(&child.members, &genes.shape));
             assert!(
                 child

@@ -2,12 +2,12 @@
 
 use tpg_runtime::blob::{self, Blob, RegisterMode};
 use tpg_runtime::isa::REGISTERS;
-use tpg_runtime::tables::{Section, Tables};
+use tpg_runtime::tables::Section;
 
 use super::Mode;
-use super::contract::Contract;
 use super::emit::selected;
 use super::liveness::{Demand, Registers, constants_read};
+use super::policy_spec::PolicySpec;
 use crate::evolve::{Population, ProgramId, TeamId};
 
 /// Whose constant it is.
@@ -37,10 +37,10 @@ pub struct ConstantSite {
 pub fn constant_sites(
     population: &Population,
     root: TeamId,
-    contract: &Contract,
+    policy_spec: &PolicySpec,
 ) -> Vec<ConstantSite> {
-    let selected = selected(population, root, contract, Mode::Compact);
-    let width = usize::from(contract.shape.width);
+    let selected = selected(population, root, policy_spec, Mode::Compact);
+    let width = usize::from(policy_spec.shape.width);
     let mut sites = Vec::new();
     let programs = selected.graph.programs.iter().zip(&selected.results);
     let kept = selected.kept.code.iter().zip(&selected.registers);
@@ -48,7 +48,7 @@ pub fn constant_sites(
         // What is left of the code is effective, whatever it writes to.
         let demand = Demand {
             results: *results,
-            stateful: contract.register_mode == RegisterMode::Stateful,
+            stateful: policy_spec.register_mode == RegisterMode::Stateful,
             sections: [true; 3],
             columns: u8::MAX,
         };
@@ -99,10 +99,8 @@ pub fn with_constants(template: &[u8], constants: &[f32]) -> Option<Vec<u8>> {
         return None;
     }
     let constants: Vec<[u8; 4]> = constants.iter().map(|x| x.to_le_bytes()).collect();
-    let tables = Tables {
-        constants: &constants,
-        ..*blob.tables()
-    };
+    let mut tables = *blob.tables();
+    tables.constants = &constants;
     let mut buffer = vec![0; blob::encoded_bound(&tables)];
     let len = blob::encode(blob.header(), &tables, &mut buffer).ok()?;
     buffer.truncate(len);

@@ -1,4 +1,4 @@
-//! The mean of a line's last quarter, without keeping every iterate.
+//! The mean of a lineage's last quarter, without keeping every iterate.
 
 use serde::{Deserialize, Serialize};
 

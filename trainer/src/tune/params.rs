@@ -9,8 +9,9 @@ use crate::defaults::is_default;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TuningParams {
     /// Agents that are tuned at a time; 0 turns tuning off.
-    pub lines: u32,
-    /// Iterations of each line in a generation.
+    #[serde(rename = "lines")]
+    pub lineages: u32,
+    /// Iterations of each lineage in a generation.
     pub iterations: u32,
     /// Directions of an iteration, each tried forwards and backwards.
     pub directions: u32,
@@ -25,29 +26,29 @@ pub struct TuningParams {
     /// Iterations in which noise and step halve, again and again; 0 keeps them.
     #[serde(default, skip_serializing_if = "is_default")]
     pub half_life: u32,
-    /// Generations between two means of a line's last quarter; 0 makes none.
+    /// Generations between two means of a lineage's last quarter; 0 makes none.
     pub mean_every: u32,
-    /// Generations that a line may lie behind the best agent before it takes that one's place; 0 stands for ever.
+    /// Generations that a lineage may lie behind the best agent before it takes that one's place; 0 stands for ever.
     pub patience: u32,
-    /// Share of the best score by which a line lies behind.
+    /// Share of the best score by which a lineage lies behind.
     pub margin: f64,
-    /// Iterations after which a line's team grows, once; 0 stands for never.
+    /// Iterations after which a lineage's team grows, once; 0 stands for never.
     pub grow_after: u32,
     /// Programs of a team that has grown.
     pub grow_to: u32,
-    /// Iterations after which only the best line goes on; 0 stands for never.
+    /// Iterations after which only the best lineage goes on; 0 stands for never.
     pub one_after: u32,
-    /// Whether the worse half of the lines ends at a time, in equal parts of those iterations, rather than all at their end.
+    /// Whether the worse half of the lineages ends at a time, in equal parts of those iterations, rather than all at their end.
     #[serde(default, skip_serializing_if = "is_default")]
     pub halve: bool,
-    /// Iterations after which the programs of a line's team get a memory, once; 0 stands for never.
+    /// Iterations after which the programs of a lineage's team get a memory, once; 0 stands for never.
     pub remember_after: u32,
 }
 
 impl Default for TuningParams {
     fn default() -> Self {
         TuningParams {
-            lines: 0,
+            lineages: 0,
             iterations: 1,
             directions: 16,
             top: 8,
@@ -84,15 +85,17 @@ impl TuningParams {
 
     /// Lines that go on after the longest has made so many iterations.
     #[must_use]
-    pub fn lines_after(&self, iterations: u64) -> u32 {
+    pub fn lineages_after(&self, iterations: u64) -> u32 {
         let after = u64::from(self.one_after);
         if after == 0 || (iterations < after && !self.halve) {
-            return self.lines;
+            return self.lineages;
         }
-        // The least number of halvings that leaves one line.
-        let halvings = u64::from(self.lines).next_power_of_two().trailing_zeros();
+        // The least number of halvings that leaves one lineage.
+        let halvings = u64::from(self.lineages)
+            .next_power_of_two()
+            .trailing_zeros();
         let done = iterations.min(after) * u64::from(halvings) / after;
-        u64::from(self.lines).div_ceil(1 << done) as u32
+        u64::from(self.lineages).div_ceil(1 << done) as u32
     }
 
     /// Whether nothing differs from the defaults, which configurations leave out.
@@ -107,26 +110,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_end_at_once_or_half_of_them_at_a_time() {
-        let lines = |halve, lines| {
+    fn lineages_end_at_once_or_half_of_them_at_a_time() {
+        let lineages = |halve, lineages| {
             let params = TuningParams {
-                lines,
+                lineages,
                 one_after: 30,
                 halve,
                 ..TuningParams::default()
             };
-            [0, 9, 10, 20, 29, 30, u64::MAX].map(|iterations| params.lines_after(iterations))
+            [0, 9, 10, 20, 29, 30, u64::MAX].map(|iterations| params.lineages_after(iterations))
         };
-        assert_eq!(lines(false, 8), [8, 8, 8, 8, 8, 1, 1]);
-        assert_eq!(lines(true, 8), [8, 8, 4, 2, 2, 1, 1]);
-        assert_eq!(lines(true, 5), [5, 5, 3, 2, 2, 1, 1]);
-        assert_eq!(lines(true, 1), [1; 7]);
-        assert_eq!(lines(true, u32::MAX)[6], 1);
+        assert_eq!(lineages(false, 8), [8, 8, 8, 8, 8, 1, 1]);
+        assert_eq!(lineages(true, 8), [8, 8, 4, 2, 2, 1, 1]);
+        assert_eq!(lineages(true, 5), [5, 5, 3, 2, 2, 1, 1]);
+        assert_eq!(lineages(true, 1), [1; 7]);
+        assert_eq!(lineages(true, u32::MAX)[6], 1);
         let all = TuningParams {
-            lines: 3,
+            lineages: 3,
             ..TuningParams::default()
         };
-        assert_eq!(all.lines_after(u64::MAX), 3);
+        assert_eq!(all.lineages_after(u64::MAX), 3);
     }
 
     #[test]

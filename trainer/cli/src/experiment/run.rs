@@ -2,8 +2,8 @@
 
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use crate::interrupt::stop_on_signal;
 use tpg_experiments::cell;
@@ -152,7 +152,7 @@ struct Work<'a> {
     next: AtomicUsize,
     done: Mutex<usize>,
     all: usize,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
 }
 
 impl Work<'_> {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use tpg_runtime::isa::CellName;
 use tpg_runtime::tables::{ProgramId, Section, Target, TeamId};
-use tpg_runtime::trace::{Observer, Place};
+use tpg_runtime::trace::{MemoryAddress, Observer};
 use tpg_runtime::{Action, HostAgent, ObservationError, Reset};
 
 use crate::eval::{Controller, Reply};
@@ -159,11 +159,11 @@ impl Observer for Recorder {
         self.running.instructions = Some(instructions);
     }
 
-    fn read(&mut self, place: Place) {
+    fn read(&mut self, place: MemoryAddress) {
         self.running.reads.push(place_name(place));
     }
 
-    fn write(&mut self, place: Place) {
+    fn write(&mut self, place: MemoryAddress) {
         self.running.writes.push(place_name(place));
     }
 
@@ -196,12 +196,13 @@ impl Observer for Recorder {
 }
 
 /// `sm4`, `vm3`, `mm5` or `cell[49,2]`.
-fn place_name(place: Place) -> String {
+fn place_name(place: MemoryAddress) -> String {
     match place {
-        Place::Slot(Section::Scalar, slot) => format!("sm{slot}"),
-        Place::Slot(Section::Vector, slot) => format!("vm{slot}"),
-        Place::Slot(Section::Matrix, slot) => format!("mm{slot}"),
-        Place::Cell(cell) => CellName(cell).to_string(),
+        MemoryAddress::Slot(Section::Scalar, slot) => format!("sm{slot}"),
+        MemoryAddress::Slot(Section::Vector, slot) => format!("vm{slot}"),
+        MemoryAddress::Slot(Section::Matrix, slot) => format!("mm{slot}"),
+        MemoryAddress::Cell(cell) => CellName(cell).to_string(),
+        _ => format!("{place:?}"),
     }
 }
 

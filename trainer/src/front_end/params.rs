@@ -7,7 +7,7 @@ use crate::defaults::is_default;
 /// What policies perceive when they see nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Belief {
+pub enum FrontEndFallback {
     /// Zeros.
     #[default]
     None,
@@ -53,7 +53,7 @@ pub struct FrontEndParams {
     /// Whether observations are shifted and scaled by the moments of what was seen.
     pub standardise: bool,
     /// What policies perceive when they see nothing.
-    pub belief: Belief,
+    pub belief: FrontEndFallback,
     /// Degree of a model's monomials, 1 to 3.
     pub degree: u8,
     /// Columns that a model describes.
@@ -78,7 +78,7 @@ impl Default for FrontEndParams {
     fn default() -> Self {
         FrontEndParams {
             standardise: false,
-            belief: Belief::None,
+            belief: FrontEndFallback::None,
             degree: 1,
             columns: Columns::Names(Vec::new()),
             others: Others::Hold,
@@ -101,6 +101,6 @@ impl FrontEndParams {
     /// Whether policies have a front end.
     #[must_use]
     pub fn is_on(&self) -> bool {
-        self.standardise || self.belief != Belief::None
+        self.standardise || self.belief != FrontEndFallback::None
     }
 }

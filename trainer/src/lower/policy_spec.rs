@@ -12,12 +12,12 @@ use tpg_runtime::tables::Target;
 use super::emit::{LowerError, limit, small};
 use super::liveness::{Graph, Kept};
 use crate::evolve::{ActionPrograms, ResetRule, Shape};
-use crate::frontend::Perception;
+use crate::front_end::LearnedFrontEnd;
 use tpg_tasks::task::ActionSpace;
 
-/// What a blob says apart from the graph: the policy's contract with its plant.
+/// What a blob says apart from the graph.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contract {
+pub struct PolicySpec {
     /// Full name of the task.
     pub task: String,
     /// What the policy sees of it, in canonical form.
@@ -39,10 +39,10 @@ pub struct Contract {
     /// With what probabilities writes reach the slots or cells of memory.
     pub write_distribution: WriteDistribution,
     /// What happens to observations before programs see them.
-    pub front_end: Option<Arc<Perception>>,
+    pub front_end: Option<Arc<LearnedFrontEnd>>,
 }
 
-impl Contract {
+impl PolicySpec {
     /// Whether all agents share one memory, which none of them owns.
     #[must_use]
     pub const fn shares_memory(&self) -> bool {
@@ -55,11 +55,11 @@ impl Contract {
 
 /// The header of a policy, but for what is known once its tables are laid out.
 pub(super) fn header(
-    contract: &Contract,
+    policy_spec: &PolicySpec,
     graph: &Graph<'_>,
     kept: &Kept,
 ) -> Result<Header, LowerError> {
-    let shape = &contract.shape;
+    let shape = &policy_spec.shape;
     let (action_kind, actions, action_low, action_high) = match shape.actions {
         ActionSpace::Discrete(actions) => (ActionKind::Discrete, actions, 0.0, 0.0),
         ActionSpace::Continuous { len, low, high } => {
@@ -72,35 +72,29 @@ pub(super) fn header(
     };
     let target_limit = usize::from(Target::MAX);
     limit("teams", graph.teams.len(), target_limit)?;
-    Ok(Header {
-        body_bytes: 0,
-        words: 0,
-        programs: small("programs", graph.programs.len())?,
-        teams: small("teams", graph.teams.len())?,
-        streams: 0,
-        width: shape.width,
-        observation_len: shape.inputs,
-        window: small("observation window", window(shape, graph, kept))?,
-        actions,
-        action_kind,
-        register_mode: contract.register_mode,
-        initial_values: contract.initial_values,
-        reset_scope: reset_scope(contract, graph),
-        memory_model: contract.memory_model,
-        write_distribution: contract.write_distribution,
-        front_end: None,
-        groups: 0,
-        action_low,
-        action_high,
-        control_period_us: contract.control_period_us,
-        provenance: [0; 16],
-    })
+    let mut header = Header::default();
+    header.programs = small("programs", graph.programs.len())?;
+    header.teams = small("teams", graph.teams.len())?;
+    header.width = shape.width;
+    header.observation_len = shape.inputs;
+    header.window = small("observation window", window(shape, graph, kept))?;
+    header.actions = actions;
+    header.action_kind = action_kind;
+    header.register_mode = policy_spec.register_mode;
+    header.initial_values = policy_spec.initial_values;
+    header.reset_scope = reset_scope(policy_spec, graph);
+    header.memory_model = policy_spec.memory_model;
+    header.write_distribution = policy_spec.write_distribution;
+    header.action_low = action_low;
+    header.action_high = action_high;
+    header.control_period_us = policy_spec.control_period_us;
+    Ok(header)
 }
 
 /// The agent's own rule of resets, where agents evolve it.
-fn reset_scope(contract: &Contract, graph: &Graph<'_>) -> ResetScope {
+fn reset_scope(policy_spec: &PolicySpec, graph: &Graph<'_>) -> ResetScope {
     let rule = graph.teams.first().and_then(|(_, root)| root.reset_rule);
-    rule.map_or(contract.reset_scope, ResetRule::scope)
+    rule.map_or(policy_spec.reset_scope, ResetRule::scope)
 }
 
 /// State words that the observation needs, repeated cyclically, so that every read of it is a plain slice.

@@ -7,15 +7,15 @@ use tpg_runtime::tables::Section;
 use super::layers::nearest;
 use super::{Config, ConfigError, Curriculum, SelectionParams, beyond, front_end};
 use crate::evolve::{ActionPrograms, EvolutionParams, Genes, Shape, SizeRange};
-use crate::frontend::{self, FrontEndParams};
-use crate::lower::Contract;
+use crate::front_end::{FrontEndParams, action_variables};
+use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
 use tpg_tasks::eval::{Arena, Shaping};
 use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
 
 /// Everything that a run needs to know, checked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Blueprint {
+pub struct Settings {
     /// Name of the task, or path of the file that describes it.
     pub task: String,
     /// What fixes the task wherever its files lie.
@@ -23,7 +23,7 @@ pub struct Blueprint {
     /// What genes programs have.
     pub genes: Genes,
     /// What exported policies say of themselves.
-    pub contract: Contract,
+    pub policy_spec: PolicySpec,
     /// What policies see.
     pub observability: Vec<Observability>,
     /// Whether the population's memory is wiped when the median score falls (T §2.7).
@@ -47,10 +47,10 @@ pub struct Blueprint {
     /// What policies learn to perceive.
     pub front_end: FrontEndParams,
     /// The columns that a front end's model describes; `None` if the data choose them.
-    pub believed: Option<Vec<u16>>,
+    pub front_end_columns: Option<Vec<u16>>,
 }
 
-impl Blueprint {
+impl Settings {
     /// Checks what a configuration means.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl Blueprint {
         let policy = &config.policy;
         let groups = groups(&policy.groups)?;
         let resets = Resets::named(&policy.reset_scope)?;
-        let contract = Contract {
+        let policy_spec = PolicySpec {
             task: spec.name.clone(),
             observability: stack_text(&observability),
             labels: labels(wrappers.inputs(), &spec.outputs, spec.actions),
@@ -111,24 +111,24 @@ impl Blueprint {
             )?,
             front_end: None,
         };
-        check_policy(&contract, &groups, config)?;
+        check_policy(&policy_spec, &groups, config)?;
         check_params(config)?;
-        let ops = ops(&groups, &policy.memory_sections, contract.memory_model)?;
-        beyond::check(config, &contract, &ops)?;
-        let variables = frontend::action_variables(contract.shape.actions);
-        let believed = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
-        Ok(Blueprint {
+        let ops = ops(&groups, &policy.memory_sections, policy_spec.memory_model)?;
+        beyond::check(config, &policy_spec, &ops)?;
+        let variables = action_variables(policy_spec.shape.actions);
+        let front_end_columns = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
+        Ok(Settings {
             task: config.task.clone(),
             task_identity: task::identity(&config.task)
                 .map_err(|e| value("task", &config.task, e.to_string()))?,
             genes: Genes {
-                shape: contract.shape,
+                shape: policy_spec.shape,
                 ops,
-                constants: contract.initial_values == InitialValues::Evolved,
-                team_memory: contract.memory_model == MemoryModel::Team,
+                constants: policy_spec.initial_values == InitialValues::Evolved,
+                team_memory: policy_spec.memory_model == MemoryModel::Team,
                 reset_rules: resets == Resets::Evolved,
             },
-            contract,
+            policy_spec,
             observability,
             wipe_on_fall: resets == Resets::OnFall,
             episodes: config.evaluation.episodes,
@@ -140,7 +140,7 @@ impl Blueprint {
             tuning: config.tuning,
             selection: config.selection,
             front_end: config.front_end.clone(),
-            believed,
+            front_end_columns,
         })
     }
 
@@ -151,8 +151,13 @@ impl Blueprint {
     pub fn arena(&self) -> Result<Arena, ConfigError> {
         let name = &self.task;
         let task = task::create(name).map_err(|e| value("task", name, e.to_string()))?;
-        let wrappers = Wrappers::new(&self.observability, task.spec())
-            .map_err(|e| value("observability", &self.contract.observability, e.to_string()))?;
+        let wrappers = Wrappers::new(&self.observability, task.spec()).map_err(|e| {
+            value(
+                "observability",
+                &self.policy_spec.observability,
+                e.to_string(),
+            )
+        })?;
         Ok(Arena::new(task, wrappers).with_shaping(self.shaping))
     }
 }
@@ -223,19 +228,6 @@ fn named<T: Copy>(
         })
 }
 
-/// Configuration name of an instruction group.
-fn group_name(group: Group) -> &'static str {
-    match group {
-        Group::Scalar => "scalar",
-        Group::Vector => "vector",
-        Group::Matrix => "matrix",
-        Group::Constants => "constants",
-        Group::TeamMemory => "team-memory",
-        Group::WholeReads => "whole-reads",
-        Group::Classic => "classic",
-    }
-}
-
 fn groups(names: &[String]) -> Result<Vec<Group>, ConfigError> {
     if names.is_empty() {
         return Err(value(
@@ -246,7 +238,7 @@ fn groups(names: &[String]) -> Result<Vec<Group>, ConfigError> {
     }
     names
         .iter()
-        .map(|name| named("policy.groups", name, &Group::ALL, group_name))
+        .map(|name| named("policy.groups", name, &Group::ALL, Group::name))
         .collect()
 }
 
@@ -313,25 +305,29 @@ fn labels(inputs: &[Channel], outputs: &[Channel], actions: ActionSpace) -> Stri
 }
 
 /// Refuses combinations that no policy can have.
-fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Result<(), ConfigError> {
-    let stateless = contract.register_mode == RegisterMode::Stateless
-        && contract.memory_model == MemoryModel::None;
-    if stateless != (contract.reset_scope == ResetScope::EveryDecision) {
+fn check_policy(
+    policy_spec: &PolicySpec,
+    groups: &[Group],
+    config: &Config,
+) -> Result<(), ConfigError> {
+    let stateless = policy_spec.register_mode == RegisterMode::Stateless
+        && policy_spec.memory_model == MemoryModel::None;
+    if stateless != (policy_spec.reset_scope == ResetScope::EveryDecision) {
         let why = "stateless registers without memory go with every-decision, all else with \
                    another scope";
         return Err(value("policy.reset-scope", &config.policy.reset_scope, why));
     }
     let has = |group| groups.contains(&group);
-    let team = contract.memory_model == MemoryModel::Team;
+    let team = policy_spec.memory_model == MemoryModel::Team;
     if team != (has(Group::TeamMemory) || has(Group::WholeReads)) {
         let why = "memory = \"team\" and the group team-memory go together";
         return Err(value("policy.memory", &config.policy.memory, why));
     }
-    if contract.memory_model == MemoryModel::Indexed && !has(Group::Classic) {
+    if policy_spec.memory_model == MemoryModel::Indexed && !has(Group::Classic) {
         let why = "memory = \"indexed\" needs the group classic";
         return Err(value("policy.memory", &config.policy.memory, why));
     }
-    if has(Group::Constants) && contract.initial_values == InitialValues::Zero {
+    if has(Group::Constants) && policy_spec.initial_values == InitialValues::Zero {
         let why = "the group constants needs initial-values = \"evolved\"";
         return Err(value(
             "policy.initial-values",
@@ -345,7 +341,7 @@ fn check_policy(contract: &Contract, groups: &[Group], config: &Config) -> Resul
 fn check_params(config: &Config) -> Result<(), ConfigError> {
     let params = &config.evolution;
     // Tuning alone needs no children.
-    let children = params.children.max(config.tuning.lines);
+    let children = params.children.max(config.tuning.lineages);
     let positive = [
         ("evaluation.episodes", config.evaluation.episodes),
         ("evolution.population", params.population),
@@ -424,8 +420,10 @@ mod tests {
     fn every_preset_makes_sense() {
         for preset in presets().expect("well-formed") {
             let config = resolve(&preset, None, &[]).expect("complete");
-            match Blueprint::new(&config) {
-                Ok(blueprint) => assert_eq!(blueprint.contract.observability, preset.observability),
+            match Settings::new(&config) {
+                Ok(settings) => {
+                    assert_eq!(settings.policy_spec.observability, preset.observability)
+                }
                 // Without MuJoCo its tasks are known but cannot be made.
                 Err(e) => assert!(
                     cfg!(not(feature = "mujoco"))

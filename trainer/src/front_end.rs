@@ -1,7 +1,7 @@
 //! Front ends that a run learns from what its policies saw: scaling, and a model for the steps at which they were blind.
 //!
 //! ```text
-//! Recorded (around each agent) --Recording--> Learner --Perception, for the next generation--> lowering
+//! Recorded (around each agent) --Recording--> Learner --LearnedFrontEnd, for the next generation--> lowering
 //! ```
 //!
 //! Only what policies see is recorded, in the order of individual, episode and step, so that any number of threads learns the
@@ -9,14 +9,14 @@
 
 mod choose;
 mod fit;
+mod learned;
 mod learner;
 mod moments;
 mod params;
-mod perception;
 mod record;
 
+pub use learned::LearnedFrontEnd;
 pub use learner::Learner;
 pub use moments::Moments;
-pub use params::{Belief, Columns, FrontEndParams, Others};
-pub use perception::Perception;
+pub use params::{Columns, FrontEndFallback, FrontEndParams, Others};
 pub use record::{Recorded, Recorder, Recording, action_variables};

@@ -6,9 +6,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::fit::Pairs;
-use super::perception::Model;
+use super::learned::Model;
 use super::record::action_variables;
-use super::{Belief, FrontEndParams, Moments, Others, Perception, Recording, choose};
+use super::{
+    FrontEndFallback, FrontEndParams, LearnedFrontEnd, Moments, Others, Recording, choose,
+};
 use tpg_tasks::task::ActionSpace;
 
 /// Share of the kept pairs that one generation may replace: what is kept spans several.
@@ -24,20 +26,20 @@ pub struct Learner {
     moments: Moments,
     /// The latest pairs, oldest first.
     pairs: Vec<f32>,
-    /// The believed columns, once they are known.
+    /// The columns that the model describes, once they are known.
     columns: Option<Vec<u16>>,
     /// Front ends by the generation from which they hold.
-    fitted: BTreeMap<u64, Arc<Perception>>,
+    fitted: BTreeMap<u64, Arc<LearnedFrontEnd>>,
 }
 
 impl Learner {
-    /// One that has seen nothing; `columns` are the believed ones, `None` if the data are to choose them.
+    /// One that has seen nothing; `columns` are those that the model describes, `None` if the data are to choose them.
     #[must_use]
     pub fn new(params: &FrontEndParams, inputs: usize, columns: Option<Vec<u16>>) -> Self {
         let moments = Moments::new(inputs);
         let (means, scales) = moments.scaling();
-        let first = Perception {
-            hold: params.belief != Belief::None,
+        let first = LearnedFrontEnd {
+            hold: params.belief != FrontEndFallback::None,
             means,
             scales,
             model: None,
@@ -52,7 +54,7 @@ impl Learner {
 
     /// The front end of a generation.
     #[must_use]
-    pub fn of(&self, generation: u64) -> Option<&Arc<Perception>> {
+    pub fn of(&self, generation: u64) -> Option<&Arc<LearnedFrontEnd>> {
         self.fitted.range(..=generation).next_back().map(|(_, p)| p)
     }
 
@@ -69,7 +71,7 @@ impl Learner {
             self.moments.merge(&recording.moments);
         }
         let (inputs, variables) = (self.inputs(), action_variables(actions));
-        if params.belief == Belief::Learned {
+        if params.belief == FrontEndFallback::Learned {
             self.keep(params, 2 * inputs + variables, recordings);
         }
         if !generation.is_multiple_of(u64::from(params.refit_every.max(1))) {
@@ -80,8 +82,8 @@ impl Learner {
             false => Moments::new(inputs).scaling(),
         };
         let model = match params.belief {
-            Belief::Learned => self.fit(params, variables, &means, &scales),
-            Belief::None | Belief::Hold => None,
+            FrontEndFallback::Learned => self.fit(params, variables, &means, &scales),
+            FrontEndFallback::None | FrontEndFallback::Hold => None,
         };
         if let (Others::Drop, Some(model)) = (params.others, &model) {
             for (column, scale) in (0u16..).zip(&mut scales) {
@@ -90,13 +92,13 @@ impl Learner {
                 }
             }
         }
-        let perception = Perception {
-            hold: params.belief != Belief::None,
+        let front_end = LearnedFrontEnd {
+            hold: params.belief != FrontEndFallback::None,
             means,
             scales,
             model,
         };
-        self.fitted.insert(generation + 1, Arc::new(perception));
+        self.fitted.insert(generation + 1, Arc::new(front_end));
     }
 
     /// Drops the front ends of generations that nobody names any more.
@@ -146,7 +148,7 @@ impl Learner {
             weighting: params.weighting,
         };
         let enough = |columns: usize, degree: u8| {
-            let monomials = tpg_runtime::frontend::monomials(columns + actions, degree) as usize;
+            let monomials = tpg_runtime::front_end::monomials(columns + actions, degree) as usize;
             self.pairs.len() / (2 * inputs + actions) >= PAIRS_PER_COEFFICIENT * monomials
         };
         let columns = match &self.columns {
@@ -183,7 +185,7 @@ mod tests {
             high: 1.0,
         };
         let params = FrontEndParams {
-            belief: Belief::Learned,
+            belief: FrontEndFallback::Learned,
             others: Others::Drop,
             refit_every: 1,
             ..FrontEndParams::default()

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Header;
-use tpg_runtime::frontend::{Blank, FrontEnd};
+use tpg_runtime::front_end::{Fallback, FrontEnd};
 
 /// A front end: its numbers are those that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Perception {
+pub struct LearnedFrontEnd {
     /// Whether what was perceived last stays where nothing is seen and no model says more.
     pub hold: bool,
     /// What is subtracted from each element.
@@ -28,7 +28,7 @@ pub struct Model {
     pub coefficients: Vec<f32>,
 }
 
-impl Perception {
+impl LearnedFrontEnd {
     /// Announces it in a header, whose window and actions are set, and returns its section.
     #[must_use]
     pub fn section(&self, header: &mut Header) -> Vec<u8> {
@@ -43,20 +43,19 @@ impl Perception {
             .collect();
         let coefficients = model.map_or_else(Vec::new, |m| bytes(&m.coefficients));
         header.front_end = None;
-        let front_end = FrontEnd {
-            blank: match (model, self.hold) {
-                (Some(_), _) => Blank::Believe,
-                (None, true) => Blank::Hold,
-                (None, false) => Blank::Zero,
-            },
-            degree: model.map_or(0, |m| m.degree),
-            // Too long a window is refused by its own limit.
-            start: model.map_or(0, |_| header.registers_start() as u16),
-            means: &means,
-            scales: &scales,
-            columns: &columns,
-            coefficients: &coefficients,
+        let fallback = match (model, self.hold) {
+            (Some(_), _) => Fallback::Model,
+            (None, true) => Fallback::Hold,
+            (None, false) => Fallback::Zero,
         };
+        let mut front_end = FrontEnd::new(fallback, &means, &scales);
+        if let Some(model) = model {
+            front_end.degree = model.degree;
+            // Too long a window is refused by its own limit.
+            front_end.start = header.registers_start() as u16;
+            front_end.columns = &columns;
+            front_end.coefficients = &coefficients;
+        }
         header.front_end = Some(front_end.words(header) as u16);
         let mut section = Vec::new();
         front_end.write(|part| section.extend_from_slice(part));
