@@ -43,7 +43,7 @@ pub struct PaceArgs {
 #[cfg(feature = "plant")]
 #[derive(Debug, Clone, clap::Args)]
 pub struct ControllerArgs {
-    /// The controller is a board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits a second), or of a
+    /// The controller is a board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits per second), or of a
     /// Unix socket.
     #[arg(long, value_name = "serial:PATH")]
     pub controller: Option<crate::serial::SerialPath>,
@@ -76,7 +76,7 @@ impl LinkArgs {
         Ok(())
     }
 
-    /// Tells the user who was found.
+    /// Tells the user which process was found, unless `tpg-hil` started this one.
     pub fn announce(&self, peer: Role, pid: u32) {
         if !self.attached {
             note(format_args!("connected to {peer}, process {pid}"));

@@ -13,7 +13,7 @@ const SHARED_BYTES: usize = 256 * 1024;
 
 /// Creates a node in a run's domain; no file of the machine changes its configuration.
 pub(crate) fn node(run: &RunName, name: &str) -> Result<Node<ipc::Service>, BridgeError> {
-    // What matters comes back as an error; the library's own account of it would say everything twice.
+    // Failures come back as errors; the library's own log would repeat them.
     set_log_level(LogLevel::Fatal);
     check_space(run, name).map_err(no_space)?;
     let mut config = Config::default();
@@ -41,7 +41,7 @@ fn no_space(source: io::Error) -> BridgeError {
     }
 }
 
-/// Writes as much as a loop needs: memory that runs out later ends the process with SIGBUS.
+/// Writes as much as a loop needs, since memory that runs out later would end the process with SIGBUS.
 fn check_space(run: &RunName, name: &str) -> io::Result<()> {
     if !fs::exists(SHARED_MEMORY)? {
         return Ok(());
@@ -49,7 +49,7 @@ fn check_space(run: &RunName, name: &str) -> io::Result<()> {
     let name = format!("{}{name}_{}", run.prefix(), std::process::id());
     let path = std::path::Path::new(SHARED_MEMORY).join(name);
     let mut file = File::create(&path)?;
-    // Without a name already, so that it goes in any case when the file is closed.
+    // The file has no name from here on, so that closing it frees the memory in any case.
     fs::remove_file(path)?;
     fill(&mut file)
 }
@@ -70,7 +70,7 @@ mod tests {
         let error = fill(&mut full).map_err(no_space).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "no 262144 bytes of shared memory to be had in /dev/shm: free some, or enlarge it"
+            "/dev/shm has no 262144 bytes of shared memory left: free some, or enlarge it"
         );
         assert_eq!(error.status(), Status::OurFault);
         let cause = std::error::Error::source(&error).map(ToString::to_string);

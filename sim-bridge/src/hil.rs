@@ -23,7 +23,7 @@ const PLANT: &str = "tpg-plant";
 const CONTROLLER: &str = "tpg-controller";
 /// Time between two looks at the children.
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
-/// Time that a child gets to end by itself after the other one, and again after it was asked to.
+/// Time for a child to end after the other one has, and again after it was asked to end.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Score a policy in another process than the simulator.
@@ -45,7 +45,7 @@ pub struct HilArgs {
     /// What to score.
     #[command(flatten)]
     score: ScoreArgs,
-    /// Whether the clock waits.
+    /// Lock-step or real time; the plant gets these arguments too.
     #[command(flatten)]
     _pace: PaceArgs,
     /// Whether the controller is a board.
@@ -191,7 +191,7 @@ impl Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Nothing to be done about a child that cannot even be killed.
+        // A child that cannot be killed is left to the system.
         let _ = self.kill();
     }
 }

@@ -3,10 +3,10 @@
 //! ```text
 //! tpg-hil  starts both, collects the result
 //!   tpg-plant       task --observation--> Link ==iceoryx2== Link --> Agent       tpg-controller
-//!   (trainer)       task <---action------ Link ==iceoryx2== Link <-- Agent       (runtime alone)
+//!   (tpg-tasks)     task <---action------ Link ==iceoryx2== Link <-- Agent       (runtime alone)
 //! ```
 //!
-//! - `RemoteController` lets the trainer's episode loop drive a policy in another process; returns are those
+//! - `RemoteController` lets the episode loop of `tpg-tasks` drive a policy in another process; returns are those
 //!   of `tpg eval` in every bit. [`Server`] is that other process.
 //! - `Paced` puts it under a clock: the answer to observation k, sent at t0 + k·period, must lie in shared memory when
 //!   the plant looks at t0 + (k + 1)·period; it is then what the plant does in step k, so that without misses the
@@ -18,8 +18,11 @@
 //!
 //! | feature | effect | default |
 //! |---|---|---|
-//! | `plant` | `tpg-plant` and `tpg-hil`, which need the trainer | on |
+//! | `plant` | `tpg-plant`, `tpg-hil` and `tpg-update`, which need `tpg-tasks` | on |
 //! | `mujoco` | tasks simulated by MuJoCo | on |
+
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 // The controller alone builds without tpg-tasks: these two files of it need nothing but the standard library.
 #[cfg(not(feature = "plant"))]

@@ -1,7 +1,7 @@
 //! One end of a loop: a service in each direction, lock-step, a deadline on every wait.
 //!
 //! Each process creates the service that it sends on, with its [`Handshake`] as attributes, and opens the
-//! other's. So both see both handshakes, whoever starts first.
+//! other's. So both processes see both handshakes, in whatever order they start.
 
 use std::thread;
 use std::time::{Duration, Instant};

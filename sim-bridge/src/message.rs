@@ -89,7 +89,7 @@ macro_rules! message {
 message! {
     /// What the plant asks of the controller.
     "tpg/observation" ObservationMessage {
-        /// Number of the request, from 1 without a gap.
+        /// Number of the request: 1, 2, 3 and so on.
         seq: u64,
         /// Seed of the agent's random streams; of [`Request::ResetAgent`] and [`Request::ResetEpisode`].
         agent_seed: u64,
@@ -137,7 +137,7 @@ impl Message for ActionMessage {
 }
 
 impl ObservationMessage {
-    /// A message that says nothing yet.
+    /// A message with every field zero.
     #[must_use]
     pub const fn empty() -> Self {
         ObservationMessage {
@@ -152,7 +152,7 @@ impl ObservationMessage {
 }
 
 impl ActionMessage {
-    /// A message that says nothing yet.
+    /// A message with every field zero.
     #[must_use]
     pub const fn empty() -> Self {
         ActionMessage {
@@ -182,7 +182,7 @@ macro_rules! code_enum {
         pub enum $name { $($(#[$variant_doc])* $variant = $code,)* }
 
         impl $name {
-            /// The value with this code, if there is one; 0 is none.
+            /// The value with this code, if there is one; no value has the code 0.
             #[must_use]
             pub const fn from_code(code: u32) -> Option<Self> {
                 match code { $($code => Some(Self::$variant),)* _ => None }
@@ -223,7 +223,7 @@ code_enum! {
         Discrete = 2,
         /// One value for each output.
         Continuous = 3,
-        /// The request makes no sense here; the controller ends.
+        /// The request is invalid; the controller ends.
         Refused = 4,
     }
 }

@@ -1,4 +1,4 @@
-//! How a plant's run ends: with a report and latencies, or with a status.
+//! The result of a plant's run: its report and latencies.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use crate::transport::Losses;
 /// The result of a loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What the episodes came to, as `tpg eval` reports it.
+    /// The result of the episodes, as `tpg eval` reports it.
     pub report: Report,
     /// How long decisions took.
     pub latency: Latency,
@@ -24,7 +24,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Prints the outcome to standard output, as one JSON object or for people.
+    /// Prints the outcome to standard output, as one JSON object or as a table.
     ///
     /// # Errors
     /// Where it cannot be written.

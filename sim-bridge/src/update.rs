@@ -27,7 +27,7 @@ pub struct UpdateArgs {
     /// Exported policy.
     #[arg(value_name = "FILE.tpg")]
     file: PathBuf,
-    /// The board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits a second), or of a Unix socket.
+    /// The board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits per second), or of a Unix socket.
     #[arg(long, value_name = "serial:PATH")]
     controller: SerialPath,
     /// How long to wait.

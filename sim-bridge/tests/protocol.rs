@@ -63,19 +63,19 @@ fn controller_refuses_garbage_and_says_why() {
             request(1, 77, 0),
             Refusal::Kind,
             77,
-            "plant sent nonsense: kind of request is 77",
+            "plant sent an invalid message: kind of request is 77",
         ),
         (
             request(1, observe, 5),
             Refusal::Length,
             5,
-            "plant sent nonsense: length of observation is 5",
+            "plant sent an invalid message: length of observation is 5",
         ),
         (
             request(1, observe, u32::MAX),
             Refusal::Length,
             u32::MAX,
-            "plant sent nonsense: length of observation is 4294967295",
+            "plant sent an invalid message: length of observation is 4294967295",
         ),
         (
             request(3, observe, 4),
@@ -202,11 +202,17 @@ mod plant_side {
             "controller is out of step: message 2 was due, message 7 came"
         );
         let text = told(cartpole(), |reply| reply.kind = 99);
-        assert_eq!(text, "controller sent nonsense: kind of reply is 99");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: kind of reply is 99"
+        );
         let text = told(cartpole(), |reply| {
             (reply.kind, reply.index) = (Response::Discrete.code(), 2);
         });
-        assert_eq!(text, "controller sent nonsense: index of an action is 2");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: index of an action is 2"
+        );
         let text = told(cartpole(), |reply| {
             reply.kind = Response::Refused.code();
             (reply.refusal, reply.detail) = (Refusal::Length.code(), 4);
@@ -216,10 +222,19 @@ mod plant_side {
             "{text}"
         );
         let text = told(policy::hopper(), |reply| continuous(reply, 3, f32::NAN));
-        assert_eq!(text, "controller sent nonsense: value of an action is NaN");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: value of an action is NaN"
+        );
         let text = told(policy::hopper(), |reply| continuous(reply, 3, 1.5));
-        assert_eq!(text, "controller sent nonsense: value of an action is 1.5");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: value of an action is 1.5"
+        );
         let text = told(policy::hopper(), |reply| continuous(reply, 600, 0.0));
-        assert_eq!(text, "controller sent nonsense: length of an action is 600");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: length of an action is 600"
+        );
     }
 }

@@ -1,5 +1,8 @@
 //! `tpg-controller`: executes a policy for a plant in another process; needs the runtime alone.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -32,7 +35,7 @@ fn main() -> ExitCode {
         return Status::Fine.into();
     };
     let bridge = error.downcast_ref::<BridgeError>();
-    // Whoever started both says that the loop was interrupted.
+    // `tpg-hil`, which started both, reports the interruption.
     if !(args.link.attached && matches!(bridge, Some(BridgeError::Interrupted))) {
         note(format_args!("error: {error:#}"));
     }

@@ -1,5 +1,8 @@
 //! `tpg-hil`: scores a policy in another process than the simulator; `tpg hil` starts it.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::ffi::OsString;
 use std::process::ExitCode;
 

@@ -1,5 +1,8 @@
 //! `tpg-plant`: simulates a task for a controller in another process.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -40,7 +43,7 @@ fn main() -> ExitCode {
     let attached = args.link.attached;
     match run(args) {
         Ok(()) => Status::Fine.into(),
-        // Whoever started both says that the loop was interrupted.
+        // `tpg-hil`, which started both, reports the interruption.
         Err(failure) if attached && failure.status == Status::Interrupted => failure.status.into(),
         Err(failure) => report(&failure),
     }

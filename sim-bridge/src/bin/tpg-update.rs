@@ -1,5 +1,8 @@
 //! `tpg-update`: gives a board a new policy; `tpg update` starts it.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::process::ExitCode;
 
 use clap::Parser as _;

@@ -100,7 +100,7 @@ fn record(
     Ok(episodes)
 }
 
-/// Returns of policies that know nothing, on the same episodes.
+/// Returns of the baseline policies on the same episodes.
 fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
     let mut arena = setup.arena()?;
     let actions = arena.task().spec().actions;

@@ -93,7 +93,7 @@ fn module_name(path: &Path) -> Result<&str, Failure> {
         return Ok(name);
     }
     Err(Failure::usage(anyhow::anyhow!(
-        "cannot name a C module {}: give a file such as champion.c, of letters, digits and _, that is no word of C",
+        "cannot name a C module {}: give a file such as champion.c, whose name has only letters, digits and _ and is not a C keyword",
         path.display()
     )))
 }

@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     Ok(Status::Fine)
 }
 
-/// A number with so many decimal places, or a dash.
+/// A number with `places` decimal places; a dash if it is unknown.
 fn known(number: Option<impl fmt::Display>, places: usize) -> String {
     number.map_or_else(|| "-".to_owned(), |number| format!("{number:.places$}"))
 }

@@ -1,5 +1,8 @@
 //! The command `tpg`: its verbs, one file each, and what they share.
 
+// These macros panic where the output is closed; `console` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod eval;
 mod experiment;
 mod export;

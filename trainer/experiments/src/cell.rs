@@ -14,6 +14,7 @@ use crate::file::{Cell, Experiment};
 use crate::folder::{FORMAT, Folder};
 use crate::row::{CurvePoint, Row, TableError, read_table, write_accesses, write_curve, write_row};
 use crate::score::test;
+use tpg_tasks::console::note;
 use tpg_tasks::eval::Episode;
 use tpg_tasks::exit_status::{Failure, Fault as _};
 use tpg_tasks::stats;
@@ -63,15 +64,15 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
             Ok((run_folder, session, _)) if is_of(&session, cell) => {
                 return Ok((session, run_folder));
             }
-            Ok(_) => eprintln!(
+            Ok(_) => note(format_args!(
                 "{}: its checkpoint is of another run; it begins anew",
                 cell.name
-            ),
-            Err(error) => eprintln!(
+            )),
+            Err(error) => note(format_args!(
                 "{}: {:#}; it begins anew",
                 cell.name,
                 anyhow::Error::new(error)
-            ),
+            )),
         }
     }
     // Whatever else is there was interrupted before its first checkpoint.
@@ -155,11 +156,11 @@ fn write(
     let files = folder.files(cell);
     let mut tested = test(session, cell.seed, experiment.test_episodes)?;
     if !tested.as_evolved {
-        eprintln!(
+        note(format_args!(
             "{}: the champion as evolved exceeds the format, so its executed instructions and memory accesses are \
              not counted",
             cell.name
-        );
+        ));
         tested.accesses.clear();
     }
     if cell.has_memory {

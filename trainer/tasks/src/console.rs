@@ -37,6 +37,11 @@ pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     print(serde_json::to_string(value)?)
 }
 
+/// The text of an error that spans lines, such as a parser's, in one line.
+pub fn one_line(error: impl fmt::Display) -> String {
+    error.to_string().trim_end().replace('\n', "; ")
+}
+
 /// Prints a failure to standard error, with its causes, and returns the status to end with.
 #[must_use]
 pub fn report(failure: &Failure) -> ExitCode {

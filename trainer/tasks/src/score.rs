@@ -116,7 +116,7 @@ impl ScoreArgs {
     }
 }
 
-/// Gives a task that is not to be had the status of its cause.
+/// Gives the error of a task that cannot be made its exit status.
 fn bad_task<T>(created: Result<T, UnknownTask>) -> Result<T, Failure> {
     created.map_err(|error| match error {
         UnknownTask::BadFile { .. } => Failure::bad_input(error),
@@ -159,7 +159,7 @@ impl Setup {
     /// The task behind its wrappers.
     ///
     /// # Errors
-    /// A [`Failure`] if the task is not to be had any more.
+    /// A [`Failure`] if the task cannot be made again.
     pub fn arena(&self) -> Result<Arena, Failure> {
         let task = bad_task(task::create(&self.task_source))?;
         let wrappers =
@@ -187,7 +187,7 @@ impl Setup {
         (0..).map(move |k| episode_seed(Domain::Test, seed, 0, k))
     }
 
-    /// What the episodes came to, for printing.
+    /// The result of the episodes, for printing.
     #[must_use]
     pub fn report(&self, episodes: &[Episode]) -> Report {
         let returns: Vec<f64> = episodes.iter().map(|e| e.total).collect();

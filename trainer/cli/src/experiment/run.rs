@@ -65,7 +65,7 @@ impl Args {
     }
 }
 
-/// Gives errors of the folder the status of their cause.
+/// The failure of a folder's error, with the status of its cause.
 fn folder_failure(error: FolderError) -> Failure {
     match error {
         FolderError::Differs { .. } | FolderError::Write(_) => Failure::usage(error),
@@ -156,7 +156,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Does all runs, so many at a time; one that fails stops none of the others.
+    /// Does all runs, `jobs` at a time. A run that fails does not stop the others.
     fn finish(&self, jobs: usize) -> Result<Status, Failure> {
         let failures = std::thread::scope(|scope| {
             let workers: Vec<_> = (0..jobs.min(self.missing.len()))

@@ -1,7 +1,7 @@
 //! Tasks by name.
 
-use super::{Acrobot, CartPole, Pendulum, Task};
-use std::path::{Path, PathBuf};
+use super::{Acrobot, CartPole, Pendulum, Task, UnknownTask};
+use std::path::Path;
 use std::sync::LazyLock;
 
 #[cfg(feature = "mujoco")]
@@ -77,42 +77,6 @@ static TABLE: &[Row] = &[
     },
 ];
 
-/// A name that stands for no task, or for none that this build can make.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum UnknownTask {
-    /// No task has this name.
-    #[error("no task is called {name:?}{}; tasks: {}, or the path of a .toml file that describes one",
-        hint(*nearest), names().join(", "))]
-    NoSuchName {
-        /// The name that was asked for.
-        name: String,
-        /// The name that differs least, if one is near.
-        nearest: Option<&'static str>,
-    },
-    /// The task is simulated by MuJoCo, which this build lacks.
-    #[error(
-        "the task {name} needs MuJoCo, which this build lacks: build with the feature `mujoco`; tasks without it: {}",
-        names().join(", ")
-    )]
-    NeedsMujoco {
-        /// Full name of the task.
-        name: &'static str,
-    },
-    /// The file that describes a task, or its model, cannot be used.
-    #[error("{}: {why}", path.display())]
-    BadFile {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
-}
-
-fn hint(nearest: Option<&str>) -> String {
-    nearest.map_or_else(String::new, |name| format!(", did you mean {name:?}?"))
-}
-
 /// The full names of the tasks that this build can make.
 #[must_use]
 pub fn names() -> &'static [&'static str] {
@@ -131,7 +95,7 @@ pub fn names() -> &'static [&'static str] {
 ///
 /// # Errors
 /// [`UnknownTask::NoSuchName`] lists the names and suggests the nearest; [`UnknownTask::NeedsMujoco`] when the build
-/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or makes no sense.
+/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or used.
 ///
 /// # Examples
 /// ```
@@ -152,10 +116,14 @@ pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
         Some(Row {
             make: Some(make), ..
         }) => Ok(make()),
-        Some(row) => Err(UnknownTask::NeedsMujoco { name: row.name }),
+        Some(row) => Err(UnknownTask::NeedsMujoco {
+            name: row.name,
+            known: names(),
+        }),
         None => Err(UnknownTask::NoSuchName {
             name: name.into(),
             nearest: nearest(name),
+            known: names(),
         }),
     }
 }
@@ -177,6 +145,7 @@ fn described(path: &Path) -> Result<Box<dyn Task>, UnknownTask> {
 fn described(_: &Path) -> Result<Box<dyn Task>, UnknownTask> {
     Err(UnknownTask::NeedsMujoco {
         name: "that a file describes",
+        known: names(),
     })
 }
 
@@ -210,7 +179,7 @@ fn bare(name: &str) -> &str {
 
 /// The name most like a misspelt one, full or bare as the misspelt one is.
 fn nearest(name: &str) -> Option<&'static str> {
-    /// Jaro-Winkler similarity, 0 to 1, below which a name is no likely misspelling of another.
+    /// Jaro-Winkler similarity, 0 to 1, below which a name is unlikely to be a misspelling of another.
     const LIKELY: f64 = 0.8;
     let lower = name.to_lowercase();
     let bare_names = TABLE
@@ -303,9 +272,12 @@ mod tests {
     #[cfg(not(feature = "mujoco"))]
     #[test]
     fn a_build_without_mujoco_says_so() {
-        let error = create("hopper").err().unwrap();
-        assert_eq!(error, UnknownTask::NeedsMujoco { name: "hopper-v4" });
-        assert!(error.to_string().contains("feature `mujoco`"));
+        let error = create("hopper").err().unwrap().to_string();
+        assert!(
+            error.starts_with("the task hopper-v4 needs MuJoCo"),
+            "{error}"
+        );
+        assert!(error.contains("feature `mujoco`"), "{error}");
         assert_eq!(names(), ["cartpole-v1", "acrobot-v1", "pendulum-v1"]);
     }
 }

@@ -1,4 +1,4 @@
-//! What every task offers.
+//! The interface of every task.
 
 use std::fmt;
 
@@ -66,7 +66,7 @@ impl fmt::Display for ActionSpace {
 pub struct Step {
     /// Reward of this step; 0 when the simulation became unstable.
     pub reward: f64,
-    /// What of the reward does not pay for the task itself, for whoever shapes a fitness.
+    /// The terms of the reward that training may weight differently.
     pub terms: Terms,
     /// Whether the episode ended here, by failure or by success; reaching [`Spec::max_steps`] is the caller's to see.
     pub terminated: bool,
@@ -103,7 +103,7 @@ pub trait Task: Send {
 
     /// Advances the plant by one control period under an action within [`Spec::actions`].
     ///
-    /// An action of the wrong kind is no control: zero for a continuous task, index 0 for a discrete one.
+    /// An action of the wrong kind counts as zeros in a continuous task, and as index 0 in a discrete one.
     fn step(&mut self, action: Action<'_>) -> Step;
 }
 

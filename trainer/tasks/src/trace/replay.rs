@@ -39,8 +39,8 @@ pub enum ReplayError {
         /// Why.
         source: io::Error,
     },
-    /// A line is not what it should be.
-    #[error("line {line} is no line of a trace: {reason}")]
+    /// A line does not have the form of a trace.
+    #[error("line {line} is not a line of a trace: {reason}")]
     Malformed {
         /// Line of the trace, from 1.
         line: u64,

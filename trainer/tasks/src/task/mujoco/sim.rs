@@ -1,6 +1,6 @@
 //! What the MuJoCo tasks share: one model for the process, one state for each instance.
 
-use crate::console::note;
+use crate::console::{note, one_line};
 use crate::task::{Step, Terms};
 use mujoco_rs::{
     error::MjModelError,
@@ -10,8 +10,8 @@ use mujoco_rs::{
 use std::sync::{Arc, Once, OnceLock};
 use tpg_runtime::Action;
 
-/// What MuJoCo need not compute: nothing reads sensors, and constraint islands cost more than they save in one small
-/// robot. Neither changes a bit of the physics.
+/// What MuJoCo need not compute. Nothing reads sensors, and constraint islands cost more than they save in one small
+/// robot. Leaving both out changes no bit of the physics.
 const IDLE: i32 = MjtDisableBit::mjDSBL_ISLAND as i32 | MjtDisableBit::mjDSBL_SENSOR as i32;
 
 /// A robot's model, compiled when it is first needed and shared by all its instances.
@@ -58,8 +58,7 @@ pub(super) fn compile(
     read: impl FnOnce() -> Result<MjModel, MjModelError>,
 ) -> Result<Arc<MjModel>, String> {
     silence();
-    let failed = |error: MjModelError| error.to_string().trim_end().replace('\n', "; ");
-    Ok(Arc::new(read().map_err(failed)?))
+    Ok(Arc::new(read().map_err(one_line)?))
 }
 
 /// Keeps MuJoCo from writing its log file into the working directory; once, before anything else of MuJoCo runs.

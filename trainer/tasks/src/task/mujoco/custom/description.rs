@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::unknown;
+use crate::console::one_line;
 use serde::Deserialize;
 use toml::{Table, Value};
 
@@ -121,10 +122,9 @@ pub(super) struct Reset {
 impl Description {
     /// Reads the text of a file and checks what can be checked without the model.
     pub(super) fn read(text: &str) -> Result<Self, String> {
-        let shown = |error: toml::de::Error| error.to_string().trim_end().replace('\n', "; ");
-        let table: Table = text.parse().map_err(shown)?;
+        let table: Table = text.parse().map_err(one_line)?;
         check_keys(&table, "")?;
-        let read: Self = toml::from_str(text).map_err(shown)?;
+        let read: Self = toml::from_str(text).map_err(one_line)?;
         read.check()?;
         Ok(read)
     }

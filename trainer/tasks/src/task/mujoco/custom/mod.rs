@@ -1,4 +1,4 @@
-//! Tasks that a user describes: a MuJoCo model and a TOML file that says what of it a policy sees, moves and earns.
+//! Tasks that a user describes: a MuJoCo model, and a TOML file with observations, actuators, rewards and ends.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | `source` | the values of a model that the file can name |
 //! | `terms` | rewards and ends made of such values |
 //! | `drive` | the actuators that a policy sets |
-//! | `plant` | the task at work |
+//! | `plant` | the task itself |
 
 mod description;
 mod drive;
@@ -27,6 +27,6 @@ fn unknown(kind: &str, name: &str, known: &[&str]) -> String {
             "no {kind} is called {name:?}, did you mean {nearest:?}?; there are {}",
             known.join(", ")
         ),
-        None => format!("no {kind} is called {name:?}; there is none at all"),
+        None => format!("no {kind} is called {name:?}; the model has no named {kind}"),
     }
 }

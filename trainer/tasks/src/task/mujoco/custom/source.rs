@@ -91,7 +91,7 @@ fn joint(name: &str, model: &MjModel) -> Result<(usize, usize), String> {
     let kind = model.jnt_type().get(number);
     if !matches!(kind, Some(MjtJoint::mjJNT_HINGE | MjtJoint::mjJNT_SLIDE)) {
         return Err(format!(
-            "the joint {name:?} is no hinge and no slide; observe it by sensors or sites"
+            "the joint {name:?} is neither a hinge nor a slide; observe it by sensors or sites"
         ));
     }
     Ok((

@@ -6,7 +6,7 @@ use crate::task::Terms;
 use mujoco_rs::prelude::{MjData, MjModel};
 use std::sync::Arc;
 
-/// What of a reward is a function of the state or the action.
+/// The function of state or action that a reward term weights.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     Constant,
@@ -90,7 +90,7 @@ impl Reward {
         self.weight * factor
     }
 
-    /// Adds a value of the term to those that do not pay for the task itself, if it is one of them.
+    /// Adds a value of the term to the terms that training may weight differently, if it is one of them.
     pub(super) fn attribute(&self, value: f64, terms: &mut Terms) {
         match self.kind {
             Kind::Constant => terms.alive += value,
