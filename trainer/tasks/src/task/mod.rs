@@ -28,7 +28,7 @@ pub use acrobot::Acrobot;
 pub use cartpole::CartPole;
 pub use observability::{Observability, ObservabilityError, parse_stack, stack_text};
 pub use pendulum::Pendulum;
-pub use registry::{UnknownTask, create, identity, locate, names, simulator_version};
+pub use registry::{UnknownTask, create, identity, locate, names, simulator_version, sources};
 pub use rng::Rng;
 pub use spec::{ActionSpace, Channel, Spec, Step, Task, Terms};
 pub use wrappers::Wrappers;
