@@ -61,6 +61,6 @@ impl ConfigError {
 
 impl From<toml::de::Error> for ConfigError {
     fn from(error: toml::de::Error) -> Self {
-        ConfigError::Toml(tpg_tasks::exit_status::one_line(&error))
+        ConfigError::Toml(tpg_tasks::console::one_line(&error))
     }
 }

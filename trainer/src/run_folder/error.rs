@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use tpg_tasks::console::command_line;
-use tpg_tasks::exit_status::{HasStatus, Status, one_line};
+use tpg_tasks::console::{command_line, one_line};
+use tpg_tasks::exit_status::{HasStatus, Status};
 use tpg_tasks::task::UnknownTask;
 
 use crate::session::{CheckpointError, SessionError};
