@@ -182,9 +182,9 @@ impl RunFolder {
         if !run_path.exists() && !checkpoint_path.exists() {
             return Err(RunFolderError::NoRun(path.to_owned()));
         }
-        let run: RunFile = from_toml(&run_path)?;
         let lock = Lock::take(path)?;
         if !checkpoint_path.exists() {
+            let run: RunFile = from_toml(&run_path)?;
             return Err(RunFolderError::NoCheckpoint {
                 path: path.to_owned(),
                 command: run.command,
@@ -195,6 +195,7 @@ impl RunFolder {
             task_files: before,
             log: mark,
         } = session::load(&checkpoint_path)?;
+        let run: RunFile = from_toml(&run_path)?;
         let differs = |path: &Path, what: String| RunFolderError::Differs {
             path: path.to_owned(),
             what,
@@ -334,9 +335,10 @@ impl RunFolder {
 
 /// The files that a session's task depends on, as they are now.
 fn task_files(session: &Session) -> Result<Vec<TaskFile>, RunFolderError> {
-    let task = &session.config().task;
-    let digest = tpg_tasks::task::identity(task).map_err(RunFolderError::Task)?;
-    Ok(vec![(task.clone(), digest)])
+    let sources = tpg_tasks::task::sources(&session.config().task);
+    let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let files = sources.map_err(RunFolderError::Task)?.into_iter();
+    Ok(files.map(|(name, digest)| (name, hex(digest))).collect())
 }
 
 /// The names of files that are new, changed or gone; `None` if all are as before.
