@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::genome::{Source, random_atomic};
 use super::{
-    Action, ActionPrograms, EvolutionParams, Genes, Instruction, Population, Program, ProgramId,
-    ResetRule, Team, TeamId, grow, rank, remember,
+    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
+    TeamId, grow, rank, remember,
 };
 use tpg_tasks::task::Rng;
 
@@ -265,7 +265,7 @@ impl Variation<'_> {
             .filter(|k| *k != at)
             .map(|k| team.members[k])
             .collect();
-        if shape.action_programs == ActionPrograms::Each {
+        if shape.separate_outputs() > 0 {
             let action = random_atomic(shape, rng);
             if population.is_team(&others, shape) {
                 program.action = action;
@@ -308,7 +308,7 @@ mod tests {
             low: -1.0,
             high: 1.0,
         };
-        genes.shape.action_programs = ActionPrograms::Each;
+        genes.shape.action_programs = super::super::ActionPrograms::Each;
         assert_eq!(deepest(&genes), 1);
     }
 

@@ -4,9 +4,9 @@ use tpg_runtime::blob::{self, Blob, RegisterMode};
 use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::{Section, Tables};
 
-use super::Mode;
 use super::emit::selected;
 use super::liveness::{Demand, Registers, constants_read};
+use super::mode::Mode;
 use super::policy_spec::PolicySpec;
 use crate::evolve::{Population, ProgramId, TeamId};
 

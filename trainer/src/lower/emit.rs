@@ -3,35 +3,17 @@
 use std::collections::BTreeMap;
 
 use tpg_runtime::Header;
-use tpg_runtime::blob::{self, EncodeError, InitialValues, MemoryModel, RegisterMode};
+use tpg_runtime::blob::{self, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
-use super::Mode;
+use super::error::{LowerError, limit, small};
 use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
+use super::mode::Mode;
 use super::policy_spec::{PolicySpec, header};
 use crate::evolve::{
     Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
 };
-
-/// A graph that the format cannot hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LowerError {
-    /// Something of it is too large for its field.
-    #[error("the policy needs {needed} {what}, the format allows {limit}")]
-    TooLarge {
-        /// What there is too much of.
-        what: &'static str,
-        /// How much the policy needs.
-        needed: usize,
-        /// How much the format allows.
-        limit: usize,
-    },
-    /// The blob did not fit the buffer sized for it.
-    #[error("blob could not be encoded")]
-    Encode(#[from] EncodeError),
-}
 
 /// Lowers an agent to the bytes of a blob.
 ///
@@ -436,21 +418,4 @@ impl Layout<'_> {
 
 fn number<K: Ord>(ids: impl Iterator<Item = K>) -> BTreeMap<K, u16> {
     ids.enumerate().map(|(k, id)| (id, k as u16)).collect()
-}
-
-pub(super) fn limit(what: &'static str, needed: usize, limit: usize) -> Result<(), LowerError> {
-    if needed > limit {
-        return Err(LowerError::TooLarge {
-            what,
-            needed,
-            limit,
-        });
-    }
-    Ok(())
-}
-
-/// A number for a 16-bit field.
-pub(super) fn small(what: &'static str, value: usize) -> Result<u16, LowerError> {
-    limit(what, value, usize::from(u16::MAX))?;
-    Ok(value as u16)
 }
