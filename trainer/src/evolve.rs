@@ -1,4 +1,4 @@
-//! Evolution, pure: population, scores and a random stream in, population out.
+//! Evolution: makes a population from a population, its scores and a random stream. Knows no tasks and scores nothing.
 
 mod genome;
 mod grow;

@@ -1,35 +1,35 @@
-//! A learned front end, as lowering puts it into blobs.
+//! A learned front end, and its section of a blob.
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Header;
 use tpg_runtime::frontend::{Blank, FrontEnd};
 
-/// A front end: its numbers are those that the runtime reads.
+/// A front end, with the numbers that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LearnedFrontEnd {
-    /// Whether what was perceived last stays where nothing is seen and no model says more.
+    /// Whether programs get the last visible observation in place of a blank one. A model takes precedence.
     pub hold: bool,
-    /// What is subtracted from each element.
+    /// What is subtracted from each element of the observation, in the unit of the element.
     pub means: Vec<f32>,
     /// What the differences are multiplied by.
     pub scales: Vec<f32>,
-    /// The model, if there is one.
+    /// The model that predicts what is not seen, if there is one.
     pub model: Option<Model>,
 }
 
-/// A model of one step, in standardised units.
+/// A model of one step, in standardised units: predicts the changes of some columns from them and from the action.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
-    /// Degree of its monomials.
+    /// Degree of its monomials, 1 to 3.
     pub degree: u8,
     /// The columns that it describes, ascending.
     pub columns: Vec<u16>,
-    /// For each monomial a coefficient for each column.
+    /// For each monomial, in the runtime's order, a coefficient for each column.
     pub coefficients: Vec<f32>,
 }
 
 impl LearnedFrontEnd {
-    /// Announces it in a header, whose window and actions are set, and returns its section.
+    /// Announces the front end in a header, whose window and actions must be set, and returns the bytes of its section.
     #[must_use]
     pub fn section(&self, header: &mut Header) -> Vec<u8> {
         let bytes =
@@ -50,7 +50,7 @@ impl LearnedFrontEnd {
                 (None, false) => Blank::Zero,
             },
             degree: model.map_or(0, |m| m.degree),
-            // Too long a window is refused by its own limit.
+            // Lowering refuses a window that does not fit 16 bits.
             start: model.map_or(0, |_| header.registers_start() as u16),
             means: &means,
             scales: &scales,

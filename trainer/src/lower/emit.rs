@@ -1,4 +1,4 @@
-//! Layout and encoding of what is kept.
+//! Lays out what is kept in tables and encodes them.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use crate::evolve::{
 
 /// Lowers an agent to the bytes of a blob.
 ///
-/// `memory` is an image of indexed memory that the policy finds when it starts, one value for each cell.
+/// `memory` is the indexed memory that the policy starts with, one value for each cell; `None` for zeros.
 ///
 /// # Errors
 /// [`LowerError::TooLarge`] if the graph exceeds what the format's fields can say.
@@ -38,7 +38,7 @@ pub fn lower(
     Emitter::new(policy_spec, &graph, &kept, &registers)?.encode(provenance, memory)
 }
 
-/// What of an agent's graph reaches the tables.
+/// The part of an agent's graph that reaches the tables.
 pub(super) struct Selected<'a> {
     pub graph: Graph<'a>,
     /// For each program, the registers that matter after a run.
@@ -48,7 +48,7 @@ pub(super) struct Selected<'a> {
     pub registers: Vec<Registers>,
 }
 
-/// Finds what of an agent's graph reaches the tables.
+/// Finds the part of an agent's graph that reaches the tables.
 pub(super) fn selected<'a>(
     population: &'a Population,
     root: TeamId,
@@ -99,7 +99,7 @@ fn graph(population: &Population, root: TeamId) -> Graph<'_> {
     Graph { teams, programs }
 }
 
-/// The registers that matter after a run: the bid, and the action of a program that can act.
+/// The registers that matter after a run: that of the bid, and that of the output if the program is atomic.
 fn results(shape: &Shape, program: &Program) -> Registers {
     let mut results = Registers::default();
     results.insert(Section::Scalar, 0);
@@ -143,7 +143,7 @@ fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
                     registers.insert(section, register);
                 }
             }
-            // A write of indexed memory stores register c in column c, so none is renumbered.
+            // A write of indexed memory stores register c in column c, so all keep their numbers.
             if instruction.op == Op::MemWrite {
                 registers.0[Section::Scalar as usize] = u8::MAX;
             }
@@ -223,7 +223,7 @@ impl<'a> Emitter<'a> {
         usize::from(self.policy_spec.shape.width)
     }
 
-    /// Where the cells will lie, behind all registers; policies with cells have no team memory.
+    /// State offset of the first cell. Cells lie behind all registers. Policies with cells have no team memory.
     fn cells_start(&self, registers: &[Registers]) -> usize {
         let width = self.width();
         let of_program = |r: &Registers| -> usize {
@@ -353,7 +353,7 @@ impl<'a> Emitter<'a> {
     }
 }
 
-/// Where a program's registers and what it reads lie in the state.
+/// State offsets of what a program reads and writes.
 struct Layout<'a> {
     start: usize,
     registers: Registers,

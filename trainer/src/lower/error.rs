@@ -33,7 +33,7 @@ pub(super) fn limit(what: &'static str, needed: usize, limit: usize) -> Result<(
     Ok(())
 }
 
-/// A number for a 16-bit field.
+/// A number as a 16-bit field, refused if it is larger.
 pub(super) fn small(what: &'static str, value: usize) -> Result<u16, LowerError> {
     limit(what, value, usize::from(u16::MAX))?;
     Ok(value as u16)
