@@ -293,6 +293,7 @@ impl Variation<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ActionPrograms;
     use super::super::tests::{genes, params};
     use super::*;
 
@@ -310,7 +311,7 @@ mod tests {
             low: -1.0,
             high: 1.0,
         };
-        genes.shape.action_programs = super::super::ActionPrograms::Each;
+        genes.shape.action_programs = ActionPrograms::Each;
         assert_eq!(deepest(&genes), 1);
     }
 

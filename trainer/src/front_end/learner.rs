@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::fit::Pairs;
 use super::learned::Model;
 use super::record::action_variables;
-use super::{
-    FrontEndFallback, FrontEndParams, LearnedFrontEnd, Moments, Others, Recording, choose,
-};
+use super::{FrontEndParams, LearnedFrontEnd, Moments, Others, Recording, choose};
 use tpg_tasks::task::ActionSpace;
 
 /// One generation may replace at most one in this many of the kept pairs, so that they span several generations.
@@ -40,7 +38,7 @@ impl Learner {
         let moments = Moments::new(inputs);
         let (means, scales) = moments.scaling();
         let first = LearnedFrontEnd {
-            hold: params.belief != FrontEndFallback::None,
+            hold: params.belief.holds(),
             means,
             scales,
             model: None,
@@ -72,7 +70,7 @@ impl Learner {
             self.moments.merge(&recording.moments);
         }
         let (inputs, variables) = (self.inputs(), action_variables(actions));
-        if params.belief == FrontEndFallback::Learned {
+        if params.belief.has_model() {
             self.keep(params, 2 * inputs + variables, recordings);
         }
         if !generation.is_multiple_of(u64::from(params.refit_every.max(1))) {
@@ -82,9 +80,10 @@ impl Learner {
             true => self.moments.scaling(),
             false => Moments::new(inputs).scaling(),
         };
-        let model = match params.belief {
-            FrontEndFallback::Learned => self.fit(params, variables, &means, &scales),
-            FrontEndFallback::None | FrontEndFallback::Hold => None,
+        let model = if params.belief.has_model() {
+            self.fit(params, variables, &means, &scales)
+        } else {
+            None
         };
         if let (Others::Drop, Some(model)) = (params.others, &model) {
             for (column, scale) in (0u16..).zip(&mut scales) {
@@ -94,7 +93,7 @@ impl Learner {
             }
         }
         let front_end = LearnedFrontEnd {
-            hold: params.belief != FrontEndFallback::None,
+            hold: params.belief.holds(),
             means,
             scales,
             model,
@@ -174,6 +173,7 @@ impl Learner {
 
 #[cfg(test)]
 mod tests {
+    use super::super::FrontEndFallback;
     use super::*;
     use tpg_tasks::task::Rng;
 

@@ -38,6 +38,18 @@ impl FrontEndFallback {
             Self::Learned => "learned",
         }
     }
+
+    /// Whether programs get what they got last, as long as there is no model.
+    #[must_use]
+    pub const fn holds(self) -> bool {
+        !matches!(self, Self::None)
+    }
+
+    /// Whether a model is learned.
+    #[must_use]
+    pub const fn has_model(self) -> bool {
+        matches!(self, Self::Learned)
+    }
 }
 
 /// Which columns of the observation a model describes.
