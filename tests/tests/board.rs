@@ -9,7 +9,7 @@ use std::fs;
 
 use tpg_board::{pack, selftest, trial};
 use tpg_runtime::blob::{ActionKind, MemoryModel, RegisterMode};
-use tpg_runtime::frontend::Blank;
+use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::Instruction;
 use tpg_runtime::{HostAgent, Policy};
@@ -62,7 +62,7 @@ fn the_graphs_cover_everything() {
         let policy = Policy::load(bytes).unwrap_or_else(|error| panic!("graph {number}: {error}"));
         let header = policy.header();
         if let Some(front_end) = policy.front_end() {
-            beliefs.insert((front_end.blank as u8, front_end.degree));
+            beliefs.insert((front_end.fallback as u8, front_end.degree));
         }
         modes.insert((
             header.register_mode as u8,
@@ -77,7 +77,11 @@ fn the_graphs_cover_everything() {
     }
     let all: BTreeSet<u8> = Op::ALL.iter().map(|op| *op as u8).collect();
     assert_eq!(ops, all, "an operation is missing");
-    let (zero, hold, believe) = (Blank::Zero as u8, Blank::Hold as u8, Blank::Believe as u8);
+    let (zero, hold, believe) = (
+        Fallback::Zero as u8,
+        Fallback::Hold as u8,
+        Fallback::Model as u8,
+    );
     let all = [
         (zero, 0),
         (hold, 0),

@@ -57,6 +57,7 @@ fn register_arithmetic_has_one_place() {
         "runtime/tools",
         "trainer",
         "sim-bridge",
+        "tests/policies",
         "tests/src",
         "firmware-examples",
     ] {

@@ -68,7 +68,7 @@ fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
                     format!("action {}", register(Operand::S))
                 }
                 ActionKind::Continuous => format!("action {}", register(Operand::V)),
-                ActionKind::Each => {
+                _ => {
                     format!("{} {}", output_name(policy, action), register(Operand::S))
                 }
             }

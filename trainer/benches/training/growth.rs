@@ -8,7 +8,7 @@ use tpg_tasks::eval::Arena;
 use tpg_tasks::task::{Rng, Spec, Step, Task, Terms, Wrappers, create};
 use tpg_trainer::config::Settings;
 use tpg_trainer::pool::Pool;
-use tpg_trainer::session::{Session, Snapshot};
+use tpg_trainer::session::{LogMark, Session, Snapshot};
 
 use super::config;
 use super::fixture::{self, Size};
@@ -99,7 +99,9 @@ pub fn point(args: &[String]) {
     ];
     let started = Instant::now();
     let path = std::env::temp_dir().join(format!("tpg-bench-{}", std::process::id()));
-    Snapshot::new(&session).save(&path).expect("room on disk");
+    Snapshot::new(&session)
+        .save(&path, Vec::new(), LogMark::default())
+        .expect("room on disk");
     let checkpoint = started.elapsed();
     std::fs::remove_file(&path).expect("it was written");
     let milliseconds = |time: Duration| time.as_secs_f64() * 1e3 / f64::from(GENERATIONS);

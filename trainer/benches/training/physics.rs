@@ -8,7 +8,7 @@ use tpg_tasks::task::{self, Wrappers};
 use tpg_trainer::config::{Config, Settings};
 use tpg_trainer::evolve::Population;
 use tpg_trainer::pool::Pool;
-use tpg_trainer::session::{Session, Snapshot};
+use tpg_trainer::session::{LogMark, Session, Snapshot};
 
 use super::fixture::{self, Size};
 use super::replay::{self, HALF_CHEETAH, HOPPER, Recording, Robot, Tape};
@@ -141,7 +141,9 @@ fn train(config: &Config, population: &Population, pool: &mut Pool) -> (u64, Rou
         session.advance(pool).expect("it can be scored");
     }
     let trained = started.elapsed();
-    Snapshot::new(&session).save(&path).expect("room on disk");
+    Snapshot::new(&session)
+        .save(&path, Vec::new(), LogMark::default())
+        .expect("room on disk");
     let whole = started.elapsed();
     std::fs::remove_file(&path).expect("it was written");
     let spent = pool.spent();

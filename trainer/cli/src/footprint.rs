@@ -1,15 +1,14 @@
 //! `tpg footprint`
 
 use std::fmt;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 use tpg_runtime::Policy;
 
+use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::score::print_json;
 use tpg_tools::footprint::{
     BOARDS, Board, Firmware, FootprintError, Measured, Profile, ProgramShare, TeamShare, shares,
 };
@@ -82,12 +81,12 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     if args.json {
         print_json(&footprint)?;
     } else {
-        write!(std::io::stdout().lock(), "{footprint}")?;
+        print(footprint.to_string().trim_end())?;
     }
     Ok(Status::Fine)
 }
 
-/// A number with so many decimal places, or a dash.
+/// A number with `places` decimal places; a dash if it is unknown.
 fn known(number: Option<impl fmt::Display>, places: usize) -> String {
     number.map_or_else(|| "-".to_owned(), |number| format!("{number:.places$}"))
 }

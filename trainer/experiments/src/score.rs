@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::{ProgramId, Section};
-use tpg_runtime::trace::{Observer, Place};
+use tpg_runtime::trace::{MemoryAddress, Observer};
 use tpg_runtime::{CapacityError, HostAgent, ObservationError, Policy, Reset, VerifyError};
 
 use super::row::{Access, AccessKind, MemorySection};
@@ -126,12 +126,13 @@ struct Counter {
 }
 
 impl Counter {
-    fn count(&mut self, access: AccessKind, place: Place) {
+    fn count(&mut self, access: AccessKind, place: MemoryAddress) {
         let (section, slot) = match place {
-            Place::Slot(Section::Scalar, slot) => (MemorySection::Scalar, slot),
-            Place::Slot(Section::Vector, slot) => (MemorySection::Vector, slot),
-            Place::Slot(Section::Matrix, slot) => (MemorySection::Matrix, slot),
-            Place::Cell(cell) => (MemorySection::Indexed, cell / REGISTERS as u16),
+            MemoryAddress::Slot(Section::Scalar, slot) => (MemorySection::Scalar, slot),
+            MemoryAddress::Slot(Section::Vector, slot) => (MemorySection::Vector, slot),
+            MemoryAddress::Slot(Section::Matrix, slot) => (MemorySection::Matrix, slot),
+            MemoryAddress::Cell(cell) => (MemorySection::Indexed, cell / REGISTERS as u16),
+            _ => return,
         };
         let key = (self.running, access, section, slot);
         *self.counts.entry(key).or_default() += 1;
@@ -143,11 +144,11 @@ impl Observer for Counter {
         self.running = program;
     }
 
-    fn read(&mut self, place: Place) {
+    fn read(&mut self, place: MemoryAddress) {
         self.count(AccessKind::Read, place);
     }
 
-    fn write(&mut self, place: Place) {
+    fn write(&mut self, place: MemoryAddress) {
         self.count(AccessKind::Write, place);
     }
 }

@@ -61,6 +61,6 @@ impl ConfigError {
 
 impl From<toml::de::Error> for ConfigError {
     fn from(error: toml::de::Error) -> Self {
-        ConfigError::Toml(error.to_string().trim_end().replace('\n', "; "))
+        ConfigError::Toml(tpg_tasks::console::one_line(&error))
     }
 }

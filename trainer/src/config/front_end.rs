@@ -1,6 +1,6 @@
 //! Checks of the settings of learned front ends.
 
-use tpg_runtime::frontend::monomials;
+use tpg_runtime::front_end::monomials;
 
 use super::error::ConfigError;
 use crate::front_end::{Columns, FrontEndParams};

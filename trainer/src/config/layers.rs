@@ -106,6 +106,27 @@ pub fn leaves<'a>(
     all
 }
 
+/// In which keys two configurations differ, with the values of both; `None` if in none.
+#[must_use]
+pub fn differences(here: &Config, there: &Config) -> Option<String> {
+    let table = |config| Table::try_from(config).unwrap_or_default();
+    let (here, there) = (table(here), table(there));
+    let (here, there) = (leaves(&here, ""), leaves(&there, ""));
+    let value = |values: &[(String, &Value)], key: &str| {
+        let found = values.iter().find(|(name, _)| name == key);
+        found.map_or_else(|| "the default".to_owned(), |(_, value)| value.to_string())
+    };
+    let mut keys: Vec<&String> = here.iter().chain(&there).map(|(key, _)| key).collect();
+    keys.sort();
+    keys.dedup();
+    let differ = keys.into_iter().filter_map(|key| {
+        let (here, there) = (value(&here, key), value(&there, key));
+        (here != there).then(|| format!("{key} = {here} instead of {there}"))
+    });
+    let all: Vec<String> = differ.collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -181,25 +181,7 @@ impl Named for Resets {
     }
 }
 
-named!(RegisterMode InitialValues MemoryModel WriteDistribution);
-
-impl Named for Group {
-    fn all() -> Vec<Self> {
-        Group::ALL.to_vec()
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Group::Scalar => "scalar",
-            Group::Vector => "vector",
-            Group::Matrix => "matrix",
-            Group::Constants => "constants",
-            Group::TeamMemory => "team-memory",
-            Group::WholeReads => "whole-reads",
-            Group::Classic => "classic",
-        }
-    }
-}
+named!(RegisterMode InitialValues MemoryModel WriteDistribution Group);
 
 impl Named for Section {
     fn all() -> Vec<Self> {

@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(order, expected);
         assert_eq!(
             monomials(7, 3).len() as u64,
-            tpg_runtime::frontend::monomials(7, 3)
+            tpg_runtime::front_end::monomials(7, 3)
         );
     }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Header;
-use tpg_runtime::frontend::{Blank, FrontEnd};
+use tpg_runtime::front_end::{Fallback, FrontEnd};
 
 /// A front end, with the numbers that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -43,20 +43,19 @@ impl LearnedFrontEnd {
             .collect();
         let coefficients = model.map_or_else(Vec::new, |m| bytes(&m.coefficients));
         header.front_end = None;
-        let front_end = FrontEnd {
-            blank: match (model, self.hold) {
-                (Some(_), _) => Blank::Believe,
-                (None, true) => Blank::Hold,
-                (None, false) => Blank::Zero,
-            },
-            degree: model.map_or(0, |m| m.degree),
-            // Lowering refuses a window that does not fit 16 bits.
-            start: model.map_or(0, |_| header.registers_start() as u16),
-            means: &means,
-            scales: &scales,
-            columns: &columns,
-            coefficients: &coefficients,
+        let fallback = match (model, self.hold) {
+            (Some(_), _) => Fallback::Model,
+            (None, true) => Fallback::Hold,
+            (None, false) => Fallback::Zero,
         };
+        let mut front_end = FrontEnd::new(fallback, &means, &scales);
+        if let Some(model) = model {
+            front_end.degree = model.degree;
+            // Lowering refuses policies whose state does not fit 16 bits.
+            front_end.start = header.registers_start() as u16;
+            front_end.columns = &columns;
+            front_end.coefficients = &coefficients;
+        }
         header.front_end = Some(front_end.words(header) as u16);
         let mut section = Vec::new();
         front_end.write(|part| section.extend_from_slice(part));

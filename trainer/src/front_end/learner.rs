@@ -148,7 +148,7 @@ impl Learner {
             weighting: params.weighting,
         };
         let enough = |columns: usize, degree: u8| {
-            let monomials = tpg_runtime::frontend::monomials(columns + actions, degree) as usize;
+            let monomials = tpg_runtime::front_end::monomials(columns + actions, degree) as usize;
             self.pairs.len() / (2 * inputs + actions) >= PAIRS_PER_COEFFICIENT * monomials
         };
         let columns = match &self.columns {

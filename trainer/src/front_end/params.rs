@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-use tpg_runtime::frontend::MAX_DEGREE;
+use tpg_runtime::front_end::MAX_DEGREE;
 
 use crate::keys::{Key, Values, by_name, is_default, named};
 

@@ -2,7 +2,7 @@
 
 use tpg_runtime::blob::{self, Blob, RegisterMode};
 use tpg_runtime::isa::REGISTERS;
-use tpg_runtime::tables::{Section, Tables};
+use tpg_runtime::tables::Section;
 
 use super::emit::selected;
 use super::liveness::{Demand, Registers, constants_read};
@@ -99,10 +99,8 @@ pub fn with_constants(template: &[u8], constants: &[f32]) -> Option<Vec<u8>> {
         return None;
     }
     let constants: Vec<[u8; 4]> = constants.iter().map(|x| x.to_le_bytes()).collect();
-    let tables = Tables {
-        constants: &constants,
-        ..*blob.tables()
-    };
+    let mut tables = *blob.tables();
+    tables.constants = &constants;
     let mut buffer = vec![0; blob::encoded_bound(&tables)];
     let len = blob::encode(blob.header(), &tables, &mut buffer).ok()?;
     buffer.truncate(len);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use tpg_runtime::Header;
 use tpg_runtime::blob::{self, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
+use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
 use super::error::{LowerError, limit, small};
@@ -245,27 +246,25 @@ impl<'a> Emitter<'a> {
     ) -> Result<(), LowerError> {
         let counts = Section::ALL.map(|s| registers.of(s).count_ones() as u8);
         let layout = Layout {
-            start: self.words,
+            map: RegisterMap::new(&self.header, self.words, counts),
             registers,
-            width: self.width(),
             offset: usize::from(program.offset),
             cells_start,
             cells: &self.kept.cells,
         };
         let output = match self.policy_spec.shape.output_section() {
             Some(section) if program.is_atomic() => layout.register(section, 1),
-            _ => layout.start,
+            _ => self.words,
         };
         let constants_start = self.constants(&program.constants, registers);
-        let record = tables::Program {
-            code_start: self.code.len() as u32,
-            code_len: small("instructions of a program", code.len())?,
-            target,
-            constants_start,
-            state_start: small("state words", layout.start)?,
-            output: small("state words", output)?,
-            registers: counts,
-        };
+        let mut record = tables::Program::default();
+        record.code_start = self.code.len() as u32;
+        record.code_len = small("instructions of a program", code.len())?;
+        record.target = target;
+        record.constants_start = constants_start;
+        record.state_start = small("state words", self.words)?;
+        record.output = small("state words", output)?;
+        record.registers = counts;
         for instruction in code {
             let record = layout.instruction(instruction)?;
             self.header.groups |= instruction.op.group().bit();
@@ -283,15 +282,14 @@ impl<'a> Emitter<'a> {
         program_index: &BTreeMap<ProgramId, u16>,
     ) -> Result<(), LowerError> {
         let constants_start = self.constants(&team.memory, Registers(slots));
-        let record = tables::Team {
-            members_start: self.members.len() as u32,
-            members_len: small("members of a team", team.members.len())?,
-            slots,
-            stream_key: team.stream_key,
-            constants_start,
-            memory_start: small("state words", self.words)?,
-            streams_start: self.header.streams,
-        };
+        let mut record = tables::Team::default();
+        record.members_start = self.members.len() as u32;
+        record.members_len = small("members of a team", team.members.len())?;
+        record.slots = slots;
+        record.stream_key = team.stream_key;
+        record.constants_start = constants_start;
+        record.memory_start = small("state words", self.words)?;
+        record.streams_start = self.header.streams;
         for member in &team.members {
             self.members.push(program_index[member].to_le_bytes());
         }
@@ -333,19 +331,18 @@ impl<'a> Emitter<'a> {
             .flatten()
             .map(|x| x.to_le_bytes())
             .collect();
-        let tables = Tables {
-            teams: &self.teams,
-            members: &self.members,
-            programs: &self.programs,
-            code: &self.code,
-            constants: &self.constants,
-            cells: &cells,
-            memory: &image,
-            front_end: &self.front_end,
-            labels: &self.policy_spec.labels,
-            task: &self.policy_spec.task,
-            observability: &self.policy_spec.observability,
-        };
+        let mut tables = Tables::default();
+        tables.teams = &self.teams;
+        tables.members = &self.members;
+        tables.programs = &self.programs;
+        tables.code = &self.code;
+        tables.constants = &self.constants;
+        tables.cells = &cells;
+        tables.memory = &image;
+        tables.front_end = &self.front_end;
+        tables.labels = &self.policy_spec.labels;
+        tables.task = &self.policy_spec.task;
+        tables.observability = &self.policy_spec.observability;
         let mut buffer = vec![0; blob::encoded_bound(&tables)];
         let len = blob::encode(&self.header, &tables, &mut buffer)?;
         buffer.truncate(len);
@@ -355,9 +352,8 @@ impl<'a> Emitter<'a> {
 
 /// State offsets of what a program reads and writes.
 struct Layout<'a> {
-    start: usize,
+    map: RegisterMap,
     registers: Registers,
-    width: usize,
     offset: usize,
     cells_start: usize,
     cells: &'a [u16],
@@ -366,13 +362,8 @@ struct Layout<'a> {
 impl Layout<'_> {
     /// State offset of a kept register.
     fn register(&self, section: Section, register: u8) -> usize {
-        let before: usize = Section::ALL
-            .iter()
-            .take(section as usize)
-            .map(|s| self.registers.of(*s).count_ones() as usize * s.slot_words(self.width))
-            .sum();
         let lower = self.registers.of(section) & ((1u8 << register) - 1);
-        self.start + before + lower.count_ones() as usize * section.slot_words(self.width)
+        self.map.first_word(section, lower.count_ones() as usize)
     }
 
     fn source(&self, kind: Operand, source: &Source) -> usize {

@@ -65,29 +65,23 @@ pub(super) fn header(
     };
     let target_limit = usize::from(Target::MAX);
     limit("teams", graph.teams.len(), target_limit)?;
-    Ok(Header {
-        body_bytes: 0,
-        words: 0,
-        programs: small("programs", graph.programs.len())?,
-        teams: small("teams", graph.teams.len())?,
-        streams: 0,
-        width: shape.width,
-        observation_len: shape.inputs,
-        window: small("observation window", window(shape, graph, kept))?,
-        actions,
-        action_kind: shape.action_kind(),
-        register_mode: policy_spec.register_mode,
-        initial_values: policy_spec.initial_values,
-        reset_scope: reset_scope(policy_spec, graph),
-        memory_model: policy_spec.memory_model,
-        write_distribution: policy_spec.write_distribution,
-        front_end: None,
-        groups: 0,
-        action_low,
-        action_high,
-        control_period_us: policy_spec.control_period_us,
-        provenance: [0; 16],
-    })
+    let mut header = Header::default();
+    header.programs = small("programs", graph.programs.len())?;
+    header.teams = small("teams", graph.teams.len())?;
+    header.width = shape.width;
+    header.observation_len = shape.inputs;
+    header.window = small("observation window", window(shape, graph, kept))?;
+    header.actions = actions;
+    header.action_kind = shape.action_kind();
+    header.register_mode = policy_spec.register_mode;
+    header.initial_values = policy_spec.initial_values;
+    header.reset_scope = reset_scope(policy_spec, graph);
+    header.memory_model = policy_spec.memory_model;
+    header.write_distribution = policy_spec.write_distribution;
+    header.action_low = action_low;
+    header.action_high = action_high;
+    header.control_period_us = policy_spec.control_period_us;
+    Ok(header)
 }
 
 /// The agent's own rule of resets, where agents evolve it.

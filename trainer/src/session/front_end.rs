@@ -36,7 +36,7 @@ impl Session {
             learner.learn(
                 &self.settings.front_end,
                 actions,
-                self.generation,
+                self.state.generation,
                 &recordings,
             );
         }
@@ -44,7 +44,7 @@ impl Session {
 
     /// Drops the front ends with which nobody who is left was scored.
     pub(super) fn forget(&mut self) {
-        let generations = self.records.values().map(|record| record.generation);
+        let generations = self.state.records.values().map(|record| record.generation);
         if let Some(learner) = &mut self.learner {
             learner.retain(generations);
         }

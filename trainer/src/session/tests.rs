@@ -27,7 +27,7 @@ fn session_with(preset: &str, settings: &[&str]) -> Session {
 
 /// What a root does about 200 drawn observations, in bits, and how many constants can be tuned.
 fn behaviour(session: &Session, root: TeamId) -> (Vec<u32>, usize) {
-    let blob = session.export(root, session.generation, None, Mode::Compact);
+    let blob = session.export(root, session.state.generation, None, Mode::Compact);
     let blob = blob.expect("small enough");
     let policy = Policy::load(&blob).expect("valid");
     let inputs = usize::from(policy.header().observation_len);
@@ -68,7 +68,7 @@ fn what_a_line_grows_decides_as_before() {
         for _ in 0..2 {
             session.advance(&mut pool).expect("a generation");
         }
-        let mut lineage = session.lineages[0].clone();
+        let mut lineage = session.state.lineages[0].clone();
         let (before, read) = behaviour(&session, lineage.root);
         assert!(
             before.iter().any(|x| *x != before[0]),
@@ -102,16 +102,17 @@ fn after_their_trial_one_of_the_lineages_goes_on() {
     let mut best = None;
     for _ in 0..5 {
         let averages = session
+            .state
             .lineages
             .iter()
             .filter_map(|lineage| lineage.trial_average);
         best = averages.max_by(f64::total_cmp).or(best);
         session.advance(&mut pool).expect("a generation");
-        lineages.push(session.lineages.len());
+        lineages.push(session.state.lineages.len());
     }
     // A generation without iterations comes first.
     assert_eq!(lineages, [3, 3, 3, 1, 1]);
-    assert!(best.is_some() && session.lineages[0].iterations == 16);
+    assert!(best.is_some() && session.state.lineages[0].iterations == 16);
 }
 
 #[test]
@@ -127,7 +128,7 @@ fn lineages_that_are_halved_end_half_of_them_at_a_time() {
     let mut lineages = Vec::new();
     for _ in 0..4 {
         session.advance(&mut pool).expect("a generation");
-        lineages.push(session.lineages.len());
+        lineages.push(session.state.lineages.len());
     }
     // A generation without iterations comes first.
     assert_eq!(lineages, [4, 4, 2, 1]);
@@ -139,13 +140,13 @@ fn at_a_new_stage_everyone_is_scored_again() {
     let settings = ["evaluation.curriculum.steps=12000", "evaluation.elites=1"];
     let mut session = session_with("cartpole-sr-b23", &settings);
     let mut pool = session.pool(1).expect("an arena");
-    let mut stages = vec![session.stage];
-    while session.stage < 4 {
+    let mut stages = vec![session.state.stage];
+    while session.state.stage < 4 {
         session.advance(&mut pool).expect("a generation");
-        if stages.last() != Some(&session.stage) {
-            stages.push(session.stage);
-            let last = session.generation - 1;
-            let mut records = session.records.values();
+        if stages.last() != Some(&session.state.stage) {
+            stages.push(session.state.stage);
+            let last = session.state.generation - 1;
+            let mut records = session.state.records.values();
             assert!(records.all(|r| r.generation == last && r.scorings == 1));
         }
     }
@@ -163,11 +164,12 @@ fn a_fallen_median_wipes_the_memory() {
         let mut session = session("cartpole-on-fall");
         let mut pool = session.pool(1).expect("an arena");
         session.advance(&mut pool).expect("a generation");
-        assert!(session.memory.is_some(), "nothing was written");
-        session.medians = medians;
+        assert!(session.state.memory.is_some(), "nothing was written");
+        session.state.medians = medians;
         let candidates = session.make_generation();
-        session.score(&mut pool, &candidates, &mut EvalStats::default());
-        let first = &session.records[&candidates[0].root];
+        let scored = session.score(&mut pool, &candidates, &mut EvalStats::default());
+        assert_eq!(scored, Ok(()));
+        let first = &session.state.records[&candidates[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
     }
 }
@@ -181,7 +183,7 @@ fn every_agents_own_rule_stands_in_its_blob() {
         let blob = session.export(candidate.root, 0, None, Mode::Compact);
         let blob = blob.expect("small enough");
         let scope = Policy::load(&blob).expect("valid").header().reset_scope;
-        let rule = session.population.team(candidate.root).reset_rule;
+        let rule = session.state.population.team(candidate.root).reset_rule;
         assert_eq!(rule.map(ResetRule::scope), Some(scope));
         seen.push(scope);
     }

@@ -7,6 +7,7 @@ use tpg_runtime::rng::mix64;
 use super::{Candidate, EvalStats, Session};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
+use crate::monitor::Stopped;
 use crate::pool::{Batch, Pool};
 use crate::tune::{RecentMean, Search, Trial};
 use tpg_tasks::eval::{Domain, Episode, episode_seed};
@@ -95,27 +96,42 @@ impl Tunable {
 impl Session {
     /// The agents that lineages protect.
     pub(super) fn tuned(&self) -> impl Iterator<Item = TeamId> {
-        self.lineages.iter().flat_map(Lineage::roots)
+        self.state.lineages.iter().flat_map(Lineage::roots)
+    }
+
+    /// Episodes that tuning takes in this generation: trials, and the scores of what comes of them.
+    pub(super) fn planned_trials(&self) -> u64 {
+        if self.state.generation == 0 {
+            return 0;
+        }
+        let params = &self.settings.tuning;
+        let trials = 2 * u64::from(params.iterations) * u64::from(params.directions);
+        let episodes = trials * u64::from(params.episodes) + u64::from(self.settings.episodes);
+        self.state.lineages.len() as u64 * episodes
     }
 
     /// Tunes every lineage and adds what came of it to the population, to be scored with the generation.
-    pub(super) fn tune(&mut self, pool: &mut Pool, stats: &mut EvalStats) -> Vec<Candidate> {
+    pub(super) fn tune(
+        &mut self,
+        pool: &mut Pool,
+        stats: &mut EvalStats,
+    ) -> Result<Vec<Candidate>, Stopped> {
         let mut candidates = Vec::new();
         self.hold_lineages();
-        if self.generation == 0 {
-            return candidates;
+        if self.state.generation == 0 {
+            return Ok(candidates);
         }
-        let mut rng = Rng::new(mix64(&[self.seed, self.generation, TUNING_STREAM]));
+        let mut rng = Rng::new(mix64(&[self.seed, self.state.generation, TUNING_STREAM]));
         let mut episode = FIRST_EPISODE;
-        let mut lineages = std::mem::take(&mut self.lineages);
+        let mut lineages = std::mem::take(&mut self.state.lineages);
         for lineage in &mut lineages {
             let before = lineage.root;
-            let roots = self.tune_lineage(lineage, pool, &mut rng, &mut episode, stats);
-            self.population.roots.extend(&roots);
+            let roots = self.tune_lineage(lineage, pool, &mut rng, &mut episode, stats)?;
+            self.state.population.roots.extend(&roots);
             candidates.extend(roots.into_iter().map(|root| self.candidate(root, before)));
         }
-        self.lineages = lineages;
-        candidates
+        self.state.lineages = lineages;
+        Ok(candidates)
     }
 
     /// Ends lineages that have lain behind for too long, and begins new ones at the best agents.
@@ -124,45 +140,52 @@ impl Session {
         if params.lineages == 0 {
             return;
         }
-        if self.generation == 0 {
+        if self.state.generation == 0 {
             // Nothing is scored yet: only a linear policy is worth protecting. Lines that begin alike part by their directions.
             if let (true, Some(root)) = (
                 self.settings.params.initial != Initial::Random,
-                self.population.roots.first(),
+                self.state.population.roots.first(),
             ) {
-                self.lineages = vec![Lineage::new(*root); params.lineages as usize];
+                self.state.lineages = vec![Lineage::new(*root); params.lineages as usize];
             }
             return;
         }
-        let ranking = self.ranking();
+        let ranking = self.state.ranking();
         if let Some((_, best)) = ranking.first() {
             let least = best - params.margin * best.abs();
-            for lineage in &mut self.lineages {
-                let record = self.records.get(&lineage.root);
+            for lineage in &mut self.state.lineages {
+                let record = self.state.records.get(&lineage.root);
                 let behind = record.is_none_or(|r| r.fitness < least);
                 lineage.behind = if behind { lineage.behind + 1 } else { 0 };
             }
         }
-        let longest = self.lineages.iter().map(|lineage| lineage.iterations).max();
+        let longest = self
+            .state
+            .lineages
+            .iter()
+            .map(|lineage| lineage.iterations)
+            .max();
         let wanted = params.lineages_after(longest.unwrap_or(0)) as usize;
-        if self.lineages.len() > wanted {
+        if self.state.lineages.len() > wanted {
             let trial_average =
                 |lineage: &Lineage| lineage.trial_average.unwrap_or(f64::NEG_INFINITY);
             // A stable sort: of equals the older lineage goes on.
-            self.lineages
+            self.state
+                .lineages
                 .sort_by(|a, b| trial_average(b).total_cmp(&trial_average(a)));
-            self.lineages.truncate(wanted);
+            self.state.lineages.truncate(wanted);
         }
         if params.patience > 0 {
-            self.lineages
+            self.state
+                .lineages
                 .retain(|lineage| lineage.behind < params.patience);
         }
         for (root, _) in ranking {
-            if self.lineages.len() >= wanted {
+            if self.state.lineages.len() >= wanted {
                 break;
             }
             if !self.tuned().any(|tuned| tuned == root) {
-                self.lineages.push(Lineage::new(root));
+                self.state.lineages.push(Lineage::new(root));
             }
         }
     }
@@ -175,7 +198,7 @@ impl Session {
         rng: &mut Rng,
         episode: &mut u64,
         stats: &mut EvalStats,
-    ) -> Vec<TeamId> {
+    ) -> Result<Vec<TeamId>, Stopped> {
         let params = self.settings.tuning;
         let due = |after: u32| after > 0 && lineage.iterations >= u64::from(after);
         let (growth, memory) = (due(params.grow_after), due(params.remember_after));
@@ -189,13 +212,13 @@ impl Session {
         }
         let Some(tunable) = self.tunable(lineage.root) else {
             lineage.behind = u32::MAX;
-            return Vec::new();
+            return Ok(Vec::new());
         };
         let mut values = tunable.values();
         for _ in 0..params.iterations {
             let cooled = params.cooled(lineage.iterations);
             let search = Search::new(&cooled, &values, rng);
-            let trials = self.try_directions(&search, &tunable, pool, episode, stats);
+            let trials = self.try_directions(&search, &tunable, pool, episode, stats)?;
             lineage.update_trial_average(&trials);
             values = search.step(&trials);
             lineage.mean.push(&values);
@@ -204,43 +227,52 @@ impl Session {
         let old = lineage.root;
         lineage.root = self.write_back(old, &tunable, &values);
         let mut roots = vec![lineage.root];
-        let due =
-            params.mean_every > 0 && self.generation.is_multiple_of(u64::from(params.mean_every));
+        let due = params.mean_every > 0
+            && self
+                .state
+                .generation
+                .is_multiple_of(u64::from(params.mean_every));
         if due && let Some(mean) = lineage.mean.last_quarter() {
             let root = self.write_back(old, &tunable, &mean);
             lineage.mean_root = Some(root);
             roots.push(root);
         }
-        roots
+        Ok(roots)
     }
 
     /// Clones programs inside the lineage's team, each with a bid of its own; all of its constants are tuned from here on.
     pub(super) fn grow_lineage(&mut self, lineage: &mut Lineage, rng: &mut Rng) {
-        let mut team = Team::clone(self.population.team(lineage.root));
+        let mut team = Team::clone(self.state.population.team(lineage.root));
         let size = self.settings.tuning.grow_to as usize;
         let mut grew = false;
         while team.members.len() < size
-            && grow(&mut self.population, &mut team, &self.settings.genes, rng)
+            && grow(
+                &mut self.state.population,
+                &mut team,
+                &self.settings.genes,
+                rng,
+            )
         {
             grew = true;
         }
         if grew {
-            lineage.root = self.population.add_team(team);
+            lineage.root = self.state.population.add_team(team);
             lineage.mean = RecentMean::default();
         }
     }
 
     /// Gives each program of the lineage's team that has the registers a memory of what it observed.
     pub(super) fn remember_lineage(&mut self, lineage: &mut Lineage) {
-        let mut team = Team::clone(self.population.team(lineage.root));
+        let mut team = Team::clone(self.state.population.team(lineage.root));
         let before = team.members.clone();
         for member in &mut team.members {
-            if let Some(copy) = remember(&mut self.population, *member, &self.settings.genes) {
+            if let Some(copy) = remember(&mut self.state.population, *member, &self.settings.genes)
+            {
                 *member = copy;
             }
         }
         if team.members != before {
-            lineage.root = self.population.add_team(team);
+            lineage.root = self.state.population.add_team(team);
             lineage.mean = RecentMean::default();
         }
     }
@@ -248,9 +280,9 @@ impl Session {
     /// What of an agent can be tuned; `None` if nothing, or if the agent is too large to be scored.
     pub(super) fn tunable(&self, root: TeamId) -> Option<Tunable> {
         let template = self
-            .export(root, self.generation, None, Mode::Compact)
+            .export(root, self.state.generation, None, Mode::Compact)
             .ok()?;
-        let sites = constant_sites(&self.population, root, &self.settings.policy_spec);
+        let sites = constant_sites(&self.state.population, root, &self.settings.policy_spec);
         let blob = Blob::decode(&template).ok()?;
         let constants = blob.tables().constants.iter();
         let table: Vec<f32> = constants.map(|x| f32::from_le_bytes(*x)).collect();
@@ -272,13 +304,13 @@ impl Session {
         pool: &mut Pool,
         episode: &mut u64,
         stats: &mut EvalStats,
-    ) -> Vec<Trial> {
+    ) -> Result<Vec<Trial>, Stopped> {
         let params = &self.settings.tuning;
         let (directions, episodes) = (params.directions as usize, params.episodes as usize);
         let numbers = *episode..*episode + (directions * episodes) as u64;
         *episode = numbers.end;
         let seeds: Vec<u64> = numbers
-            .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
+            .map(|k| episode_seed(Domain::Train, self.seed, self.state.generation, k))
             .collect();
         let make = |trial: usize| tunable.blob(&search.constants(trial));
         let results = pool.score(&Batch {
@@ -289,7 +321,7 @@ impl Session {
             split: self.split(),
             conditions: self.training_conditions(),
             record: self.learner.is_some(),
-        });
+        })?;
         let fitness: Vec<f64> = results
             .iter()
             .map(|episodes| match episodes {
@@ -299,12 +331,11 @@ impl Session {
             .collect();
         let (forwards, backwards) = fitness.split_at(directions);
         let pairs = forwards.iter().zip(backwards);
-        pairs
-            .map(|(forwards, backwards)| Trial {
-                forwards: *forwards,
-                backwards: *backwards,
-            })
-            .collect()
+        let trials = pairs.map(|(forwards, backwards)| Trial {
+            forwards: *forwards,
+            backwards: *backwards,
+        });
+        Ok(trials.collect())
     }
 
     /// Adds the agent with these constants in place of those that were tuned.
@@ -316,15 +347,15 @@ impl Session {
                 Owner::Program(id) => constants
                     .programs
                     .entry(id)
-                    .or_insert_with(|| self.population.program(id).constants.to_vec()),
+                    .or_insert_with(|| self.state.population.program(id).constants.to_vec()),
                 Owner::Team(id) => constants
                     .teams
                     .entry(id)
-                    .or_insert_with(|| self.population.team(id).memory.to_vec()),
+                    .or_insert_with(|| self.state.population.team(id).memory.to_vec()),
             };
             all[index] = *value;
         }
-        rewrite_constants(&mut self.population, root, &constants)
+        rewrite_constants(&mut self.state.population, root, &constants)
     }
 }
 
@@ -332,6 +363,7 @@ impl EvalStats {
     /// Counts episodes that score nobody in particular, and returns their mean.
     pub(super) fn count(&mut self, episodes: &[Episode], value: fn(&Episode) -> f64) -> f64 {
         self.steps += episodes.iter().map(|e| u64::from(e.steps)).sum::<u64>();
+        self.episodes += episodes.len() as u64;
         self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
         let values: Vec<f64> = episodes.iter().map(value).collect();
         mean(&values)

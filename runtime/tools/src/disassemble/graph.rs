@@ -64,7 +64,7 @@ fn write_graph(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
         let label = match header.action_kind {
             ActionKind::Discrete => format!("action {action}"),
             ActionKind::Continuous => "action".to_owned(),
-            ActionKind::Each => output_name(policy, action).replace('"', "'"),
+            _ => output_name(policy, action).replace('"', "'"),
         };
         writeln!(out, "  a{action} [shape=diamond, label=\"{label}\"];")?;
     }

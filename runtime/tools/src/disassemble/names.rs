@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use tpg_runtime::Policy;
 use tpg_runtime::isa::{CellName, Destination, Operand};
-use tpg_runtime::tables::{Instruction, Program};
+use tpg_runtime::registers::RegisterMap;
+use tpg_runtime::tables::{Instruction, Program, Section};
 
 /// Names operands by the layout of one program's registers.
 pub(super) struct Names<'p> {
@@ -20,15 +21,13 @@ impl<'p> Names<'p> {
     pub(super) fn new(policy: &'p Policy<'p>, program: &Program) -> Self {
         let header = policy.header();
         let width = usize::from(header.width);
-        let [scalars, vectors, _] = program.registers.map(usize::from);
-        let start = usize::from(program.state_start);
-        let vectors_start = start + scalars;
+        let registers = RegisterMap::of(header, program);
         Names {
             policy,
             width,
             inputs: usize::from(header.observation_len),
             window: usize::from(header.window),
-            starts: [start, vectors_start, vectors_start + vectors * width],
+            starts: Section::ALL.map(|kind| registers.first_word(kind, 0)),
         }
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use tpg_runtime::Policy;
 use tpg_runtime::blob::{ActionKind, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{Destination, Form, Operand, REGISTERS};
+use tpg_runtime::registers::Location;
 use tpg_runtime::tables::{Instruction, Program, ProgramId, Section, Target, Team, TeamId};
 
 /// A policy with what its graph says about every decision.
@@ -48,18 +49,6 @@ pub(super) struct Member {
 pub(super) struct Function {
     pub(super) program: u16,
     pub(super) team: Option<u16>,
-}
-
-/// What a state offset of an instruction stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
-    /// A word of the observation window.
-    Window(usize),
-    Scalar(usize),
-    /// A vector register and an element of it, 0 for the whole.
-    Vector(usize, usize),
-    /// A matrix register and an element of it, row by row.
-    Matrix(usize, usize),
 }
 
 impl<'p> Plan<'p> {
@@ -221,23 +210,10 @@ impl<'p> Plan<'p> {
     }
 
     /// Where a register or observation operand lies.
-    pub(super) fn place(&self, program: &Program, at: u16) -> Place {
-        let at = usize::from(at);
-        if at < self.window {
-            return Place::Window(at);
-        }
-        let square = self.width * self.width;
-        let [scalars, vectors, _] = program.registers.map(usize::from);
-        let offset = at - usize::from(program.state_start);
-        if offset < scalars {
-            return Place::Scalar(offset);
-        }
-        let offset = offset - scalars;
-        if offset < vectors * self.width {
-            return Place::Vector(offset / self.width, offset % self.width);
-        }
-        let offset = offset - vectors * self.width;
-        Place::Matrix(offset / square, offset % square)
+    pub(super) fn locate(&self, program: &Program, at: u16) -> Location {
+        self.policy
+            .locate(program, at)
+            .expect("operands of a verified policy are registers or in the window")
     }
 
     /// Number of a kept cell among the kept ones.
@@ -288,11 +264,11 @@ impl<'p> Plan<'p> {
         let program = self.program(number);
         let mut mentioned = BTreeSet::from([(Section::Scalar as u8, 0)]);
         let mut mention = |at: u16| {
-            mentioned.extend(match self.place(program, at) {
-                Place::Window(_) => None,
-                Place::Scalar(k) => Some((Section::Scalar as u8, k)),
-                Place::Vector(k, _) => Some((Section::Vector as u8, k)),
-                Place::Matrix(k, _) => Some((Section::Matrix as u8, k)),
+            mentioned.extend(match self.locate(program, at) {
+                Location::Window(_) => None,
+                Location::Scalar(k) => Some((Section::Scalar as u8, k)),
+                Location::Vector(k, _) => Some((Section::Vector as u8, k)),
+                Location::Matrix(k, _) => Some((Section::Matrix as u8, k)),
             });
         };
         mention(program.output);

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use tpg_runtime::frontend::{Blank, FrontEnd, action_variables};
+use tpg_runtime::front_end::{Fallback, FrontEnd, action_variables};
 use tpg_runtime::math::LIMIT;
 
 use super::super::plan::Plan;
@@ -64,13 +64,15 @@ pub(super) fn write_perceive(out: &mut String, plan: &Plan<'_>, name: &str) -> f
         "    if (!blank) {{\n        for (int k = 0; k < {n}; k++)\n            self->perceived[k] = perceptible((or_zero(observation[k]) - means[k]) * scales[k]);\n        return {};\n    }}",
         front_end.visible_instructions()
     )?;
-    match front_end.blank {
-        Blank::Hold => {}
-        Blank::Zero => writeln!(
+    match front_end.fallback {
+        Fallback::Hold => {}
+        Fallback::Zero => writeln!(
             out,
             "    for (int k = 0; k < {n}; k++) self->perceived[k] = 0.0f;"
         )?,
-        Blank::Believe => write_belief(out, plan, &front_end)?,
+        Fallback::Model => write_belief(out, plan, &front_end)?,
+        // The exporter knows every fallback of the runtime that it is built with.
+        _ => return Err(fmt::Error),
     }
     writeln!(
         out,

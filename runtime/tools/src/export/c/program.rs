@@ -3,9 +3,10 @@
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::isa::{Destination, Form, Op, Operand};
+use tpg_runtime::registers::Location;
 use tpg_runtime::tables::{Instruction, Program, Section};
 
-use super::super::plan::{Function, Place, Plan};
+use super::super::plan::{Function, Plan};
 use super::super::text::{identifier, letter, target};
 
 /// What an operation of this cost or more computes, the runtime's library computes for C too.
@@ -165,20 +166,20 @@ fn wide(plan: &Plan<'_>, letter: char, number: usize) -> String {
 }
 
 fn scalar(plan: &Plan<'_>, program: &Program, at: u16) -> String {
-    match plan.place(program, at) {
-        Place::Window(k) => format!("x[{k}]"),
-        Place::Scalar(k) => format!("s{k}"),
-        Place::Vector(v, k) => format!("{}[{k}]", wide(plan, 'v', v)),
-        Place::Matrix(m, k) => format!("{}[{k}]", wide(plan, 'm', m)),
+    match plan.locate(program, at) {
+        Location::Window(k) => format!("x[{k}]"),
+        Location::Scalar(k) => format!("s{k}"),
+        Location::Vector(v, k) => format!("{}[{k}]", wide(plan, 'v', v)),
+        Location::Matrix(m, k) => format!("{}[{k}]", wide(plan, 'm', m)),
     }
 }
 
 fn operand(plan: &Plan<'_>, program: &Program, kind: Operand, at: u16) -> Option<String> {
-    Some(match (kind, plan.place(program, at)) {
+    Some(match (kind, plan.locate(program, at)) {
         (Operand::None, _) => return None,
-        (Operand::V | Operand::M, Place::Window(k)) => format!("x + {k}"),
-        (Operand::V, Place::Vector(k, _)) => wide(plan, 'v', k),
-        (Operand::M, Place::Matrix(k, _)) => wide(plan, 'm', k),
+        (Operand::V | Operand::M, Location::Window(k)) => format!("x + {k}"),
+        (Operand::V, Location::Vector(k, _)) => wide(plan, 'v', k),
+        (Operand::M, Location::Matrix(k, _)) => wide(plan, 'm', k),
         _ => scalar(plan, program, at),
     })
 }
@@ -201,9 +202,9 @@ fn statement(
         .team
         .map(|team| &plan.teams[usize::from(team)].record);
     let keeps = |section| team.is_some_and(|team| team.kept(section) != 0);
-    let d = match (op.destination(), plan.place(program, i.d)) {
-        (Destination::V, Place::Vector(k, _)) => wide(plan, 'v', k),
-        (Destination::M, Place::Matrix(k, _)) => wide(plan, 'm', k),
+    let d = match (op.destination(), plan.locate(program, i.d)) {
+        (Destination::V, Location::Vector(k, _)) => wide(plan, 'v', k),
+        (Destination::M, Location::Matrix(k, _)) => wide(plan, 'm', k),
         _ => scalar(plan, program, i.d),
     };
     match (op.form(), op.section()) {
@@ -267,10 +268,10 @@ fn statement(
 }
 
 fn reload(plan: &Plan<'_>, program: &Program, i: &Instruction, d: &str) -> String {
-    let (section, number) = match plan.place(program, i.d) {
-        Place::Vector(k, _) => (Section::Vector, k),
-        Place::Matrix(k, _) => (Section::Matrix, k),
-        Place::Scalar(k) | Place::Window(k) => (Section::Scalar, k),
+    let (section, number) = match plan.locate(program, i.d) {
+        Location::Vector(k, _) => (Section::Vector, k),
+        Location::Matrix(k, _) => (Section::Matrix, k),
+        Location::Scalar(k) | Location::Window(k) => (Section::Scalar, k),
     };
     let registers = plan.registers(program).into_iter();
     let mut same = registers.filter(|(kind, k, _)| (*kind, *k) == (section, number));

@@ -3,9 +3,10 @@
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::isa::{Destination, Form, Op, Operand};
+use tpg_runtime::registers::Location;
 use tpg_runtime::tables::{Instruction, Program, Section, Target};
 
-use super::super::plan::{Function, Place, Plan};
+use super::super::plan::{Function, Plan};
 use super::super::text::{identifier, letter, target};
 
 /// Writes the function that runs a program.
@@ -138,11 +139,11 @@ fn wide(plan: &Plan<'_>, letter: char, number: usize) -> String {
 }
 
 fn scalar(plan: &Plan<'_>, program: &Program, at: u16) -> String {
-    match plan.place(program, at) {
-        Place::Window(k) => format!("x[{k}]"),
-        Place::Scalar(k) => format!("s{k}"),
-        Place::Vector(v, k) => format!("{}[{k}]", wide(plan, 'v', v)),
-        Place::Matrix(m, k) => {
+    match plan.locate(program, at) {
+        Location::Window(k) => format!("x[{k}]"),
+        Location::Scalar(k) => format!("s{k}"),
+        Location::Vector(v, k) => format!("{}[{k}]", wide(plan, 'v', v)),
+        Location::Matrix(m, k) => {
             let (row, column) = (k / plan.width, k % plan.width);
             format!("{}[{row}][{column}]", wide(plan, 'm', m))
         }
@@ -150,21 +151,21 @@ fn scalar(plan: &Plan<'_>, program: &Program, at: u16) -> String {
 }
 
 fn operand(plan: &Plan<'_>, program: &Program, kind: Operand, at: u16) -> Option<String> {
-    let place = plan.place(program, at);
+    let place = plan.locate(program, at);
     Some(match (kind, place) {
         (Operand::None, _) => return None,
-        (Operand::V, Place::Window(k)) => format!("&vector(x, {k})"),
-        (Operand::M, Place::Window(k)) => format!("&matrix(x, {k})"),
-        (Operand::V, Place::Vector(k, _)) => format!("&{}", wide(plan, 'v', k)),
-        (Operand::M, Place::Matrix(k, _)) => format!("&{}", wide(plan, 'm', k)),
+        (Operand::V, Location::Window(k)) => format!("&vector(x, {k})"),
+        (Operand::M, Location::Window(k)) => format!("&matrix(x, {k})"),
+        (Operand::V, Location::Vector(k, _)) => format!("&{}", wide(plan, 'v', k)),
+        (Operand::M, Location::Matrix(k, _)) => format!("&{}", wide(plan, 'm', k)),
         _ => scalar(plan, program, at),
     })
 }
 
 fn destination(plan: &Plan<'_>, program: &Program, kind: Destination, at: u16) -> String {
-    match (kind, plan.place(program, at)) {
-        (Destination::V, Place::Vector(k, _)) => wide(plan, 'v', k),
-        (Destination::M, Place::Matrix(k, _)) => wide(plan, 'm', k),
+    match (kind, plan.locate(program, at)) {
+        (Destination::V, Location::Vector(k, _)) => wide(plan, 'v', k),
+        (Destination::M, Location::Matrix(k, _)) => wide(plan, 'm', k),
         _ => scalar(plan, program, at),
     }
 }
@@ -233,10 +234,10 @@ fn statement(
 
 /// The register's evolved constants.
 fn reloaded(plan: &Plan<'_>, program: &Program, i: &Instruction) -> String {
-    let (section, number) = match plan.place(program, i.d) {
-        Place::Vector(k, _) => (Section::Vector, k),
-        Place::Matrix(k, _) => (Section::Matrix, k),
-        Place::Scalar(k) | Place::Window(k) => (Section::Scalar, k),
+    let (section, number) = match plan.locate(program, i.d) {
+        Location::Vector(k, _) => (Section::Vector, k),
+        Location::Matrix(k, _) => (Section::Matrix, k),
+        Location::Scalar(k) | Location::Window(k) => (Section::Scalar, k),
     };
     let registers = plan.registers(program).into_iter();
     let mut same = registers.filter(|(kind, k, _)| (*kind, *k) == (section, number));

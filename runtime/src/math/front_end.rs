@@ -21,7 +21,7 @@ pub fn standardise(x: f32, mean: f32, scale: f32) -> f32 {
 /// An element that was not observed: the one before and what the model adds.
 #[inline(always)]
 #[must_use]
-pub fn believe(x: f32, change: f32) -> f32 {
+pub fn predict(x: f32, change: f32) -> f32 {
     clamp(finite(x + change), -LIMIT, LIMIT)
 }
 
@@ -103,8 +103,8 @@ mod tests {
         assert_eq!(standardise(f32::NAN, 1.0, 0.5), -0.5);
         assert_eq!(standardise(3.0, 1.0, 100.0), 10.0);
         assert_eq!(standardise(f32::MAX, -f32::MAX, 1.0), 0.0);
-        assert_eq!(believe(9.0, 2.0), 10.0);
-        assert_eq!(believe(9.0, f32::INFINITY), 0.0);
+        assert_eq!(predict(9.0, 2.0), 10.0);
+        assert_eq!(predict(9.0, f32::INFINITY), 0.0);
         assert_eq!([0, 1, 2].map(|k| centred(k, 3)), [-1.0, 0.0, 1.0]);
         assert_eq!([0, 1].map(|k| centred(k, 2)), [-0.5, 0.5]);
     }

@@ -1,8 +1,7 @@
 //! Small policies for tests: described by hand, laid out and encoded through the runtime's public types.
 
 use tpg_runtime::blob::{
-    self, ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
-    encoded_bound,
+    self, ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, encoded_bound,
 };
 use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::{Instruction, Program, Section, Tables, Target, Team};
@@ -24,7 +23,7 @@ pub struct Draft {
     pub cells: Vec<u16>,
     /// Memory image, empty if none is carried.
     pub image: Vec<f32>,
-    /// Section of the front end, as [`front_end`](crate::perception::front_end) makes it; empty without one.
+    /// Section of the front end, as the file holds it; empty without one.
     pub front_end: Vec<u8>,
 }
 
@@ -73,29 +72,19 @@ impl DraftProgram {
 /// A stateless discrete policy of two actions, with every group and evolved constants.
 #[must_use]
 pub fn header(width: u16, observation_len: u16) -> Header {
-    Header {
-        body_bytes: 0,
-        words: 0,
-        programs: 0,
-        teams: 0,
-        streams: 0,
-        width,
-        observation_len,
-        window: observation_len.max(width * width),
-        actions: 2,
-        action_kind: ActionKind::Discrete,
-        register_mode: RegisterMode::Stateless,
-        initial_values: InitialValues::Evolved,
-        reset_scope: ResetScope::EveryDecision,
-        memory_model: MemoryModel::None,
-        write_distribution: WriteDistribution::Thesis,
-        front_end: None,
-        groups: Group::ALL.iter().map(|g| g.bit()).sum(),
-        action_low: -1.0,
-        action_high: 1.0,
-        control_period_us: 20_000,
-        provenance: [7; 16],
-    }
+    let mut header = Header::default();
+    header.width = width;
+    header.observation_len = observation_len;
+    header.window = observation_len.max(width * width);
+    header.actions = 2;
+    header.initial_values = InitialValues::Evolved;
+    header.reset_scope = ResetScope::EveryDecision;
+    header.groups = Group::ALL.iter().map(|g| g.bit()).sum();
+    header.action_low = -1.0;
+    header.action_high = 1.0;
+    header.control_period_us = 20_000;
+    header.provenance = [7; 16];
+    header
 }
 
 /// Makes a header stateful, with registers and memory reset in every episode.
@@ -170,32 +159,30 @@ impl Draft {
         let mut programs = Vec::new();
         for (number, program) in self.programs.iter().enumerate() {
             let state_start = small(self.state_start(number));
-            let record = Program {
-                code_start: code.len() as u32,
-                code_len: small(program.code.len()),
-                target: program.target,
-                constants_start: place(&program.constants),
-                state_start,
-                output: match program.target {
-                    Target::Atomic(_) => program.output.unwrap_or(state_start),
-                    Target::Team(_) => state_start,
-                },
-                registers: program.registers,
+            let mut record = Program::default();
+            record.code_start = code.len() as u32;
+            record.code_len = small(program.code.len());
+            record.target = program.target;
+            record.constants_start = place(&program.constants);
+            record.state_start = state_start;
+            record.output = match program.target {
+                Target::Atomic(_) => program.output.unwrap_or(state_start),
+                Target::Team(_) => state_start,
             };
+            record.registers = program.registers;
             code.extend(program.code.iter().map(|i| i.to_bytes()));
             programs.push(record.to_bytes());
         }
         let (mut teams, mut words, mut streams) = (Vec::new(), self.memory_start(), 0);
         for team in &self.teams {
-            let record = Team {
-                members_start: members.len() as u32,
-                members_len: small(team.members.len()),
-                slots: team.slots,
-                stream_key: team.stream_key,
-                constants_start: place(&team.constants),
-                memory_start: small(words),
-                streams_start: small(streams),
-            };
+            let mut record = Team::default();
+            record.members_start = members.len() as u32;
+            record.members_len = small(team.members.len());
+            record.slots = team.slots;
+            record.stream_key = team.stream_key;
+            record.constants_start = place(&team.constants);
+            record.memory_start = small(words);
+            record.streams_start = small(streams);
             members.extend(team.members.iter().map(|m| m.to_le_bytes()));
             words += record.memory_words(usize::from(self.header.width));
             streams += record.streams();
@@ -206,37 +193,32 @@ impl Draft {
         let used = all_code.fold(0, |groups, i| groups | i.op.group().bit());
         let range = match self.header.action_kind {
             ActionKind::Discrete => (0.0, 0.0),
-            ActionKind::Continuous | ActionKind::Each => {
-                (self.header.action_low, self.header.action_high)
-            }
+            _ => (self.header.action_low, self.header.action_high),
         };
-        let header = Header {
-            words: words as u32,
-            programs: small(programs.len()),
-            teams: small(teams.len()),
-            streams: small(streams),
-            // A header announces what is used; a test may leave a group out, but not announce too many.
-            groups: self.header.groups & used,
-            action_low: range.0,
-            action_high: range.1,
-            ..self.header
-        };
+        let mut header = self.header;
+        header.words = words as u32;
+        header.programs = small(programs.len());
+        header.teams = small(teams.len());
+        header.streams = small(streams);
+        // A header announces what is used; a test may leave a group out, but not announce too many.
+        header.groups = self.header.groups & used;
+        header.action_low = range.0;
+        header.action_high = range.1;
         let cells: Vec<[u8; 2]> = self.cells.iter().map(|c| c.to_le_bytes()).collect();
         let memory: Vec<[u8; 4]> = self.image.iter().map(|x| x.to_le_bytes()).collect();
         let labels = "x\tm\n".repeat(usize::from(header.observation_len) + header.outputs());
-        let tables = Tables {
-            teams: &teams,
-            members: &members,
-            programs: &programs,
-            code: &code,
-            constants: &constants,
-            cells: &cells,
-            memory: &memory,
-            front_end: &self.front_end,
-            labels: &labels,
-            task: "test-v1",
-            observability: "none",
-        };
+        let mut tables = Tables::default();
+        tables.teams = &teams;
+        tables.members = &members;
+        tables.programs = &programs;
+        tables.code = &code;
+        tables.constants = &constants;
+        tables.cells = &cells;
+        tables.memory = &memory;
+        tables.front_end = &self.front_end;
+        tables.labels = &labels;
+        tables.task = "test-v1";
+        tables.observability = "none";
         let mut bytes = vec![0; encoded_bound(&tables)];
         let len = blob::encode(&header, &tables, &mut bytes).expect("the bound is enough");
         bytes.truncate(len);
@@ -247,9 +229,7 @@ impl Draft {
 /// First word, counted from the start of a team's memory, of a slot; `None` if it is not kept.
 #[must_use]
 pub fn slot_offset(kept: [u8; 3], section: Section, slot: usize, width: usize) -> Option<usize> {
-    let team = Team {
-        slots: kept,
-        ..Team::default()
-    };
+    let mut team = Team::default();
+    team.slots = kept;
     team.slot_start(section, slot, width)
 }

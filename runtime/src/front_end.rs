@@ -1,51 +1,67 @@
-//! What a policy perceives before its programs run: standardised observations, and belief where they are blank.
+//! The front end of a policy: it standardises observations, and fills in blank ones, before the programs run.
 //!
-//! `docs/semantics.md` defines it, `docs/format.md` its section of a blob. The perceived observation is the window
-//! itself, which outlives a decision; a belief has some words of its own behind the outputs.
+//! An observation is blank if every element is zero or not finite. `docs/semantics.md` defines the computation,
+//! `docs/format.md` the section of a blob. The standardised observation is the start of the window, which outlives a
+//! decision. A model has state words of its own, behind the outputs.
 
 use crate::blob::{ActionKind, Header};
 #[cfg(feature = "front-end")]
 use crate::math;
 
-/// Largest degree of the belief's monomials.
+/// Largest degree of the model's monomials.
 pub const MAX_DEGREE: u8 = 3;
 
-/// What is perceived when the observation is blank.
+/// What the programs see in place of a blank observation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Blank {
-    /// Zeros: the means of what was seen.
+#[non_exhaustive]
+pub enum Fallback {
+    /// Zeros: in standardised units, the means of what was observed in training.
     Zero = 0,
-    /// What was perceived last.
+    /// The last standardised observation.
     Hold = 1,
-    /// What a learned model makes of it and of the last action.
-    Believe = 2,
+    /// The last standardised observation plus the change that a learned model predicts from it and the last action.
+    Model = 2,
 }
 
-/// The front end of a policy, borrowed from its bytes.
+impl Fallback {
+    /// The name used in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Zero => "zero",
+            Self::Hold => "hold",
+            Self::Model => "believe",
+        }
+    }
+}
+
+/// The front end of a policy, borrowed from its bytes. All numbers are little-endian.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FrontEnd<'a> {
-    /// What happens to blank observations.
-    pub blank: Blank,
+    /// What replaces a blank observation.
+    pub fallback: Fallback,
     /// Degree of the model's monomials, 1 to [`MAX_DEGREE`]; 0 without a model.
     pub degree: u8,
-    /// First state word of the belief's own: its variables, then a sum for each column; 0 without a model.
+    /// First of the model's state words: its variables, then a sum for each column. 0 without a model.
     pub start: u16,
-    /// What is subtracted from each element of the observation, f32.
+    /// For each element of the observation, the mean that is subtracted from it (f32, in the element's unit).
     pub means: &'a [[u8; 4]],
-    /// What the difference is multiplied by, f32.
+    /// For each element of the observation, the factor of the difference (f32, the inverse of the element's unit).
     pub scales: &'a [[u8; 4]],
-    /// The columns that the model describes, ascending; the others keep their last value.
+    /// The elements of the observation that the model predicts, ascending. The others keep their last value.
     pub columns: &'a [[u8; 2]],
-    /// For each monomial a coefficient for each column, f32.
+    /// For each monomial one coefficient for each column (f32, in standardised units).
     pub coefficients: &'a [[u8; 4]],
 }
 
 /// Number of monomials up to `degree` in `variables` variables, the constant included: C(v + d, d).
 ///
-/// [`u64::MAX`] stands for more than any policy has room for. Without 64-bit divisions, which take flash.
+/// The result is [`u64::MAX`] where the number is larger than any policy has room for.
 #[must_use]
 pub fn monomials(variables: usize, degree: u8) -> u64 {
+    // This avoids 64-bit divisions, which take a lot of flash.
     let v = variables as u64;
     let pairs = (v + 1) * (v + 2) / 2;
     match degree {
@@ -57,7 +73,8 @@ pub fn monomials(variables: usize, degree: u8) -> u64 {
     }
 }
 
-/// Number of variables by which a model knows the last action: the outputs, or one for all discrete actions.
+/// Number of variables through which a model sees the last action: one for each output, or one in all if actions are
+/// discrete.
 #[must_use]
 pub const fn action_variables(header: &Header) -> usize {
     match header.action_kind {
@@ -67,8 +84,24 @@ pub const fn action_variables(header: &Header) -> usize {
 }
 
 impl<'a> FrontEnd<'a> {
-    /// Reads the section of a blob; `None` if its lengths are wrong, if a number in it is out of range, or if it begins elsewhere
-    /// in the state than behind the outputs.
+    /// A front end without a model. `means` and `scales` have one number for each element of the observation.
+    #[must_use]
+    pub const fn new(fallback: Fallback, means: &'a [[u8; 4]], scales: &'a [[u8; 4]]) -> Self {
+        FrontEnd {
+            fallback,
+            degree: 0,
+            start: 0,
+            means,
+            scales,
+            columns: &[],
+            coefficients: &[],
+        }
+    }
+
+    /// Reads the section of a blob.
+    ///
+    /// `None` if a length is wrong, if a number is out of range or not finite, or if the model's state words do not begin
+    /// directly behind the outputs.
     #[must_use]
     pub fn read(bytes: &'a [u8], header: &Header) -> Option<Self> {
         let front_end = Self::view(bytes, header)?;
@@ -80,9 +113,9 @@ impl<'a> FrontEnd<'a> {
             previous = Some(column);
             higher
         });
-        let believes = front_end.blank == Blank::Believe;
-        ascending &= believes != front_end.columns.is_empty();
-        let degrees = if believes { 1..=MAX_DEGREE } else { 0..=0 };
+        let has_model = front_end.fallback == Fallback::Model;
+        ascending &= has_model != front_end.columns.is_empty();
+        let degrees = if has_model { 1..=MAX_DEGREE } else { 0..=0 };
         let variables = front_end.columns.len() + action_variables(header);
         let needed =
             monomials(variables, front_end.degree).saturating_mul(front_end.columns.len() as u64);
@@ -90,21 +123,21 @@ impl<'a> FrontEnd<'a> {
         let sound = ascending
             && degrees.contains(&front_end.degree)
             && front_end.coefficients.len() as u64 == needed
-            && usize::from(front_end.start) == if believes { behind_outputs } else { 0 }
+            && usize::from(front_end.start) == if has_model { behind_outputs } else { 0 }
             && finite(front_end.means)
             && finite(front_end.scales)
             && finite(front_end.coefficients);
         sound.then_some(front_end)
     }
 
-    /// The parts of the section, by their lengths alone.
+    /// Splits the section into its parts. Checks the lengths, not the numbers.
     #[inline]
     pub(crate) fn view(bytes: &'a [u8], header: &Header) -> Option<Self> {
         let ([kind, degree, c0, c1, s0, s1, r0, r1], rest) = bytes.split_first_chunk::<8>()?;
-        let blank = match kind {
-            0 => Blank::Zero,
-            1 => Blank::Hold,
-            2 => Blank::Believe,
+        let fallback = match kind {
+            0 => Fallback::Zero,
+            1 => Fallback::Hold,
+            2 => Fallback::Model,
             _ => return None,
         };
         if [*r0, *r1] != [0, 0] {
@@ -119,7 +152,7 @@ impl<'a> FrontEnd<'a> {
             return None;
         };
         Some(FrontEnd {
-            blank,
+            fallback,
             degree: *degree,
             start: u16::from_le_bytes([*s0, *s1]),
             means: means.as_chunks().0,
@@ -129,9 +162,9 @@ impl<'a> FrontEnd<'a> {
         })
     }
 
-    /// Hands out the section as stored, part by part.
+    /// Passes the bytes of the section to `put`, part by part.
     pub fn write(&self, mut put: impl FnMut(&[u8])) {
-        put(&[self.blank as u8, self.degree]);
+        put(&[self.fallback as u8, self.degree]);
         put(&(self.columns.len() as u16).to_le_bytes());
         put(&self.start.to_le_bytes());
         put(&[0, 0]);
@@ -141,41 +174,43 @@ impl<'a> FrontEnd<'a> {
         put(self.coefficients.as_flattened());
     }
 
-    /// State words that it needs beside window and outputs: for a belief its variables and a sum for each column.
+    /// State words that the front end needs besides window and outputs: the model's variables and a sum for each column.
     #[must_use]
     pub fn words(&self, header: &Header) -> usize {
-        match self.blank {
-            Blank::Zero | Blank::Hold => 0,
-            Blank::Believe => 2 * self.columns.len() + action_variables(header),
+        match self.fallback {
+            Fallback::Zero | Fallback::Hold => 0,
+            Fallback::Model => 2 * self.columns.len() + action_variables(header),
         }
     }
 
-    /// Instructions that an observation counts as: a multiplication for each element.
+    /// Instructions that an observation counts as if it is not blank: one multiplication for each element.
     #[must_use]
     pub fn visible_instructions(&self) -> u32 {
         self.means.len() as u32
     }
 
-    /// Instructions that a blank observation counts as: a multiplication for each coefficient, and one for each
-    /// monomial of more than one factor.
+    /// Instructions that a blank observation counts as: one multiplication for each coefficient, and one for each
+    /// monomial of two or more factors.
     #[must_use]
     pub fn blank_instructions(&self, header: &Header) -> u32 {
         let variables = self.columns.len() + action_variables(header);
         let products = monomials(variables, self.degree).saturating_sub(1 + variables as u64);
-        match self.blank {
-            Blank::Zero | Blank::Hold => 0,
-            Blank::Believe => (self.coefficients.len() as u32).saturating_add(products as u32),
+        match self.fallback {
+            Fallback::Zero | Fallback::Hold => 0,
+            Fallback::Model => (self.coefficients.len() as u32).saturating_add(products as u32),
         }
     }
 
-    /// Instructions of the dearer case.
+    /// Instructions of the more expensive case.
     pub(crate) fn instructions(&self, header: &Header) -> u32 {
         self.visible_instructions()
             .max(self.blank_instructions(header))
     }
 
-    /// Weighted operations of the dearer case: of each element seen a difference, a product and two comparisons; of a
-    /// belief the products, a sum for each coefficient, and of each column a sum and two comparisons.
+    /// Weighted operations of the more expensive case.
+    ///
+    /// An observation that is not blank takes a difference, a product and two comparisons for each element. The model
+    /// takes its products, a sum for each coefficient, and a sum and two comparisons for each column.
     pub(crate) fn weighted_operations(&self, header: &Header) -> u64 {
         let visible = 4 * self.means.len() as u64;
         let blank = u64::from(self.blank_instructions(header))
@@ -185,36 +220,37 @@ impl<'a> FrontEnd<'a> {
     }
 }
 
-/// Puts what is perceived of an observation in the place of what was, and returns the instructions that it counts as.
+/// Overwrites the last standardised observation with that of `observation`, and returns the instructions that this
+/// counts as.
 ///
-/// `perceived` has the observation's length, `rest` are the state words behind the window.
+/// `standardised` has the observation's length. `rest` are the state words behind the window.
 #[cfg(feature = "front-end")]
 #[inline(never)]
-pub(crate) fn perceive(
+pub(crate) fn apply(
     front_end: &FrontEnd<'_>,
     header: &Header,
-    perceived: &mut [f32],
+    standardised: &mut [f32],
     rest: &mut [f32],
     observation: &[f32],
 ) -> u32 {
     if !math::is_blank(observation) {
         let scaling = front_end.means.iter().zip(front_end.scales);
-        for ((x, o), (mean, scale)) in perceived.iter_mut().zip(observation).zip(scaling) {
+        for ((x, o), (mean, scale)) in standardised.iter_mut().zip(observation).zip(scaling) {
             *x = math::standardise(*o, f32::from_le_bytes(*mean), f32::from_le_bytes(*scale));
         }
         return front_end.visible_instructions();
     }
-    match front_end.blank {
-        Blank::Zero => perceived.fill(0.0),
-        Blank::Hold => {}
-        Blank::Believe => believe(front_end, header, perceived, rest),
+    match front_end.fallback {
+        Fallback::Zero => standardised.fill(0.0),
+        Fallback::Hold => {}
+        Fallback::Model => predict(front_end, header, standardised, rest),
     }
     front_end.blank_instructions(header)
 }
 
-/// Lets the model fill in the believed columns.
+/// Adds the changes that the model predicts to its columns.
 #[cfg(feature = "front-end")]
-fn believe(front_end: &FrontEnd<'_>, header: &Header, perceived: &mut [f32], rest: &mut [f32]) {
+fn predict(front_end: &FrontEnd<'_>, header: &Header, standardised: &mut [f32], rest: &mut [f32]) {
     let variables_len = front_end.columns.len() + action_variables(header);
     let own = rest.get_mut(header.outputs()..).unwrap_or_default();
     let Some((variables, sums)) = own.split_at_mut_checked(variables_len) else {
@@ -223,22 +259,27 @@ fn believe(front_end: &FrontEnd<'_>, header: &Header, perceived: &mut [f32], res
     let sums = sums.get_mut(..front_end.columns.len()).unwrap_or_default();
     let column = |bytes: &[u8; 2]| usize::from(u16::from_le_bytes(*bytes));
     for (variable, number) in variables.iter_mut().zip(front_end.columns) {
-        *variable = perceived.get(column(number)).copied().unwrap_or(0.0);
+        *variable = standardised.get(column(number)).copied().unwrap_or(0.0);
     }
     math::changes(sums, variables, front_end.degree, front_end.coefficients);
     for (number, change) in front_end.columns.iter().zip(sums) {
-        if let Some(x) = perceived.get_mut(column(number)) {
-            *x = math::believe(*x, *change);
+        if let Some(x) = standardised.get_mut(column(number)) {
+            *x = math::predict(*x, *change);
         }
-        // A sum may have overflowed; no state word is left so.
+        // A sum may have overflowed, and every state word must be finite.
         *change = 0.0;
     }
 }
 
-/// Tells a belief the action that was decided; `rest` are the state words behind the window.
+/// Stores the action for the next prediction. `rest` are the state words behind the window.
 #[cfg(feature = "front-end")]
-pub(crate) fn remember(front_end: &FrontEnd<'_>, header: &Header, rest: &mut [f32], action: u16) {
-    if front_end.blank != Blank::Believe {
+pub(crate) fn record_action(
+    front_end: &FrontEnd<'_>,
+    header: &Header,
+    rest: &mut [f32],
+    action: u16,
+) {
+    if front_end.fallback != Fallback::Model {
         return;
     }
     let Some((outputs, own)) = rest.split_at_mut_checked(header.outputs()) else {

@@ -1,10 +1,11 @@
 //! Policies of a given shape, for benchmarks: seeded, so that a shape is the same policy everywhere.
 
+use rand_core::Rng as _;
 use tpg_runtime::blob::MemoryModel;
 use tpg_runtime::isa::{Destination, Op, Operand};
+use tpg_runtime::rng::{Pcg32, mix64};
 use tpg_runtime::tables::{Instruction, Target, TeamId};
 use tpg_runtime::{Action, Agent, AnyWidth, Header, Policy, Reset};
-use tpg_tasks::task::Rng;
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
 
@@ -35,6 +36,24 @@ pub const VECTORS: &[Op] = &[
 
 /// Length of the observation of [`scalar_graph`].
 pub const GRAPH_INPUTS: usize = 4;
+
+/// The stream of a task's seed, as the trainer draws it.
+struct Rng(Pcg32);
+
+impl Rng {
+    fn new(seed: u64) -> Self {
+        Self(Pcg32::new(mix64(&[seed, 0]), mix64(&[seed, 1])))
+    }
+
+    fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        let unit = (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        low + (high - low) * unit
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        ((u128::from(self.0.next_u64()) * u128::from(n)) >> 64) as u64
+    }
+}
 
 /// A scalar policy of `teams` teams of four programs (the last has three), 17 to 23 instructions each, all effective.
 ///

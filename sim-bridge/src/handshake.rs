@@ -10,13 +10,13 @@ use tpg_runtime::{Header, Policy};
 
 use crate::error::BridgeError;
 use crate::hash;
-use crate::message::{LAYOUT, MAX_ACTION, MAX_OBSERVATION};
+use crate::message::{LAYOUT_HASH, MAX_ACTION, MAX_OBSERVATION};
 
 /// Names and values that each process publishes about itself, as attributes of its service.
 ///
 /// The first rows concern the programs, the others the policy.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Contract {
+pub struct Handshake {
     rows: [(&'static str, String); 7],
 }
 
@@ -26,7 +26,7 @@ const PROGRAM_ROWS: usize = 3;
 /// A row that differs: its name, our value, theirs.
 type Difference<'a> = (&'static str, &'a str, &'a str);
 
-impl Contract {
+impl Handshake {
     /// What a process says that runs this policy, read from these bytes.
     ///
     /// # Errors
@@ -36,7 +36,7 @@ impl Contract {
         let inputs = usize::from(header.observation_len);
         check_sizes(header)?;
         let rows = [
-            ("message layout", format!("{LAYOUT:016x}")),
+            ("message layout", format!("{LAYOUT_HASH:016x}")),
             ("blob format", VERSION.to_string()),
             ("instruction set", format!("{FINGERPRINT:08x}")),
             ("observation", format!("{inputs} values")),
@@ -51,7 +51,7 @@ impl Contract {
                 ),
             ),
         ];
-        Ok(Contract { rows })
+        Ok(Handshake { rows })
     }
 
     /// The rows as attributes of a service.
@@ -67,7 +67,7 @@ impl Contract {
         rows.try_fold(AttributeSpecifier::new(), |attributes, (key, value)| {
             define(attributes, key, value)
         })
-        .map_err(BridgeError::transport("describe the contract"))
+        .map_err(BridgeError::transport("describe the handshake"))
     }
 
     /// Compares with the attributes of the peer's service; what differs, in words, and what to do about it.
@@ -114,9 +114,9 @@ fn action_text(header: &Header) -> String {
     let (kind, count) = (header.action_kind.name(), header.actions);
     match header.action_kind {
         ActionKind::Discrete => format!("{kind}, one of {count}"),
-        ActionKind::Continuous | ActionKind::Each => {
+        _ => {
             let (low, high) = (header.action_low, header.action_high);
-            format!("{kind}, {count} values from {low:?} to {high:?}")
+            format!("{kind}, {count} values from {low} to {high}")
         }
     }
 }
@@ -125,7 +125,7 @@ fn action_text(header: &Header) -> String {
 mod tests {
     use super::*;
 
-    fn contract() -> Contract {
+    fn handshake() -> Handshake {
         let rows = [
             "layout",
             "format",
@@ -135,35 +135,35 @@ mod tests {
             "period",
             "policy",
         ];
-        Contract {
+        Handshake {
             rows: rows.map(|row| (row, "1".to_string())),
         }
     }
 
-    fn published(contract: &Contract) -> AttributeSpecifier {
-        contract.attributes().unwrap()
+    fn published(handshake: &Handshake) -> AttributeSpecifier {
+        handshake.attributes().unwrap()
     }
 
     #[test]
-    fn equal_contracts_do_not_differ() {
+    fn equal_handshakes_do_not_differ() {
         assert_eq!(
-            contract().difference(published(&contract()).attributes()),
+            handshake().difference(published(&handshake()).attributes()),
             None
         );
     }
 
     #[test]
     fn difference_names_the_row_both_values_and_the_way_out() {
-        let mut other = contract();
+        let mut other = handshake();
         other.rows[3].1 = "2".into();
         other.rows[6].1 = "3".into();
         let expected = "observation is 1 here, 2 there; policy is 1 here, 3 there";
         assert_eq!(
-            contract().difference(published(&other).attributes()),
+            handshake().difference(published(&other).attributes()),
             Some((expected.into(), "give both the same FILE.tpg"))
         );
         other.rows[0].1 = "4".into();
-        let (_, advice) = contract()
+        let (_, advice) = handshake()
             .difference(published(&other).attributes())
             .unwrap();
         assert_eq!(advice, "use programs of one and the same build");
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn foreign_services_miss_every_row() {
-        let (text, _) = contract()
+        let (text, _) = handshake()
             .difference(AttributeSpecifier::new().attributes())
             .unwrap();
         assert!(

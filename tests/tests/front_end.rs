@@ -1,17 +1,17 @@
 //! Front ends: what a policy perceives, against numbers worked out by hand and an implementation of its own.
 
 use tpg_runtime::blob::{ActionKind, ResetScope};
-use tpg_runtime::frontend::{Blank, FrontEnd};
+use tpg_runtime::front_end::{Fallback, FrontEnd};
 use tpg_runtime::isa::Op;
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::tables::Target;
 use tpg_runtime::{Action, AnyWidth, Policy, Reset, SliceAgent, Slices};
 use tpg_tests::draft::{Draft, DraftProgram, DraftTeam, TestAgent, header, instruction};
-use tpg_tests::perception::front_end;
+use tpg_tests::front_end::front_end;
 use tpg_tests::random::{self, Dice};
 
 /// A policy of one program, two inputs and one output, which it sets to the perceived first element.
-fn echo(blank: Blank, degree: u8, columns: &[u16], numbers: &[f32]) -> Draft {
+fn echo(fallback: Fallback, degree: u8, columns: &[u16], numbers: &[f32]) -> Draft {
     let mut draft = Draft {
         header: header(1, 2),
         teams: vec![DraftTeam {
@@ -26,7 +26,7 @@ fn echo(blank: Blank, degree: u8, columns: &[u16], numbers: &[f32]) -> Draft {
     draft.header.action_kind = ActionKind::Continuous;
     draft.header.actions = 1;
     let mut numbers = numbers.iter();
-    draft.front_end = front_end(&mut draft.header, blank, degree, columns, || {
+    draft.front_end = front_end(&mut draft.header, fallback, degree, columns, || {
         *numbers.next().expect("enough numbers")
     });
     assert_eq!(numbers.next(), None, "too many numbers");
@@ -57,7 +57,7 @@ fn perceived(draft: &Draft, observations: &[[f32; 2]]) -> Vec<([f32; 2], u32)> {
 #[test]
 fn inputs_that_a_scale_of_zero_hides_are_not_used() {
     for (scale, used) in [(0.5, 1), (0.0, 0), (-0.0, 0)] {
-        let bytes = echo(Blank::Zero, 0, &[], &[1.0, -2.0, scale, 4.0]).encode();
+        let bytes = echo(Fallback::Zero, 0, &[], &[1.0, -2.0, scale, 4.0]).encode();
         let policy = Policy::load(&bytes).expect("a policy");
         let inputs = tpg_tools::disassemble::inputs_used(&policy, policy.tables().code);
         assert_eq!(inputs.len(), used, "{scale}");
@@ -74,15 +74,15 @@ fn perception_is_as_documented() {
         [f32::NAN, 0.0],
         [41.0, f32::INFINITY],
     ];
-    let zero = perceived(&echo(Blank::Zero, 0, &[], &scaling), &observations);
+    let zero = perceived(&echo(Fallback::Zero, 0, &[], &scaling), &observations);
     let visible = ([1.0, 2.0], 3);
     let last = ([10.0, 8.0], 3);
     assert_eq!(zero, [visible, ([0.0; 2], 1), ([0.0; 2], 1), last]);
-    let hold = perceived(&echo(Blank::Hold, 0, &[], &scaling), &observations);
+    let hold = perceived(&echo(Fallback::Hold, 0, &[], &scaling), &observations);
     assert_eq!(hold, [visible, ([1.0, 2.0], 1), ([1.0, 2.0], 1), last]);
     // One column, the second; variables x1 and u; rows for 1, x1, x1², x1·u, u, u². The action is x0 = 1, clamped.
     let belief = [&scaling[..], &[0.5, 0.25, -0.125, 1.0, 2.0, 4.0]].concat();
-    let believed = perceived(&echo(Blank::Believe, 2, &[1], &belief), &observations);
+    let believed = perceived(&echo(Fallback::Model, 2, &[1], &belief), &observations);
     // 0.5 + 0.25·2 − 0.125·4 + 1·2 + 2·1 + 4·1 = 8.5 on top of 2, then limited; again from 10.
     assert_eq!(
         believed,
@@ -92,7 +92,7 @@ fn perception_is_as_documented() {
 
 /// Perceives as `docs/semantics.md` says, with exponents in place of nested loops.
 struct Reference {
-    blank: Blank,
+    fallback: Fallback,
     means: Vec<f32>,
     scales: Vec<f32>,
     columns: Vec<usize>,
@@ -119,7 +119,7 @@ impl Reference {
             .collect();
         let actions = match policy.header().action_kind {
             ActionKind::Discrete => 1,
-            ActionKind::Continuous | ActionKind::Each => policy.header().outputs(),
+            _ => policy.header().outputs(),
         };
         // Non-decreasing lists of variables up to the degree, in the order of their text: prefixes first.
         let mut monomials = vec![Vec::new()];
@@ -143,7 +143,7 @@ impl Reference {
             .chunks(columns.len().max(1))
             .map(<[f32]>::to_vec);
         Reference {
-            blank: front_end.blank,
+            fallback: front_end.fallback,
             means: floats(front_end.means),
             scales: floats(front_end.scales),
             rows: monomials.into_iter().zip(rows).collect(),
@@ -167,10 +167,9 @@ impl Reference {
             }
             return;
         }
-        match self.blank {
-            Blank::Zero => self.perceived.fill(0.0),
-            Blank::Hold => {}
-            Blank::Believe => {
+        match self.fallback {
+            Fallback::Zero => self.perceived.fill(0.0),
+            Fallback::Model => {
                 let mut variables: Vec<f32> =
                     self.columns.iter().map(|c| self.perceived[*c]).collect();
                 variables.extend(&self.action);
@@ -183,6 +182,7 @@ impl Reference {
                     self.perceived[*column] = limited(self.perceived[*column] + sum);
                 }
             }
+            _ => {}
         }
     }
 
@@ -260,7 +260,7 @@ fn random_policies_perceive_as_the_reference_and_alike_in_borrowed_memory() {
                     "policy {seed}, episode {episode}, step {step}"
                 );
                 assert!(agent.words().iter().all(|x| x.is_finite()));
-                beliefs += usize::from(reference.blank == Blank::Believe);
+                beliefs += usize::from(reference.fallback == Fallback::Model);
             }
         }
     }

@@ -30,7 +30,7 @@ use crate::verify::Policy;
 /// Runs instructions that touch vectors, matrices, constants or shared memory up to the first scalar one and returns
 /// what is left from there.
 #[inline(never)]
-pub fn wides<'c, const W: usize, O: Observer>(
+pub fn vectors<'c, const W: usize, O: Observer>(
     policy: &Policy<'_>,
     words: &mut [f32],
     shared: &mut Shared<'_, O>,
