@@ -4,11 +4,15 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::Header;
 use tpg_runtime::front_end::{Fallback, FrontEnd};
 
+use super::FrontEndFallback;
+use crate::keys::by_name;
+
 /// A front end, with the numbers that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LearnedFrontEnd {
-    /// Whether programs get the last visible observation in place of a blank one. A model takes precedence.
-    pub hold: bool,
+    /// What programs get in place of a blank observation. As long as there is no model, a learned one is what they got last.
+    #[serde(with = "by_name")]
+    pub fallback: FrontEndFallback,
     /// What is subtracted from each element of the observation, in the unit of the element.
     pub means: Vec<f32>,
     /// What the differences are multiplied by.
@@ -43,10 +47,10 @@ impl LearnedFrontEnd {
             .collect();
         let coefficients = model.map_or_else(Vec::new, |m| bytes(&m.coefficients));
         header.front_end = None;
-        let fallback = match (model, self.hold) {
-            (Some(_), _) => Fallback::Model,
-            (None, true) => Fallback::Hold,
-            (None, false) => Fallback::Zero,
+        let fallback = match (self.fallback, model) {
+            (FrontEndFallback::None, _) => Fallback::Zero,
+            (FrontEndFallback::Learned, Some(_)) => Fallback::Model,
+            (FrontEndFallback::Hold, _) | (FrontEndFallback::Learned, None) => Fallback::Hold,
         };
         let mut front_end = FrontEnd::new(fallback, &means, &scales);
         if let Some(model) = model {

@@ -38,7 +38,7 @@ impl Learner {
         let moments = Moments::new(inputs);
         let (means, scales) = moments.scaling();
         let first = LearnedFrontEnd {
-            hold: params.belief.holds(),
+            fallback: params.belief,
             means,
             scales,
             model: None,
@@ -93,7 +93,7 @@ impl Learner {
             }
         }
         let front_end = LearnedFrontEnd {
-            hold: params.belief.holds(),
+            fallback: params.belief,
             means,
             scales,
             model,

@@ -39,12 +39,6 @@ impl FrontEndFallback {
         }
     }
 
-    /// Whether programs get what they got last, as long as there is no model.
-    #[must_use]
-    pub const fn holds(self) -> bool {
-        !matches!(self, Self::None)
-    }
-
     /// Whether a model is learned.
     #[must_use]
     pub const fn has_model(self) -> bool {
