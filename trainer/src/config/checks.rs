@@ -5,11 +5,11 @@ use tpg_runtime::isa::{Group, Op};
 
 use super::error::ConfigError;
 use super::schema::{Config, PolicyConfig};
-use crate::evolve::{ActionPrograms, Initial, SizeRange, linear_ops, memory_ops};
+use crate::evolve::{Initial, SizeRange, linear_ops, memory_ops};
 use crate::keys::Named as _;
 use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
-use tpg_tasks::task::{ActionSpace, Observability};
+use tpg_tasks::task::Observability;
 
 /// Refuses settings that make no sense together, or not with this policy.
 pub(super) fn check(
@@ -111,24 +111,18 @@ fn check_size(key: &str, size: SizeRange) -> Result<(), ConfigError> {
 
 fn check_action_programs(config: &Config, policy_spec: &PolicySpec) -> Result<(), ConfigError> {
     let shape = &policy_spec.shape;
-    if shape.action_programs == ActionPrograms::Winner {
-        return Ok(());
-    }
-    let ActionSpace::Continuous { len: 2.., .. } = shape.actions else {
+    let name = shape.action_programs.name();
+    if !shape.action_programs.fits(shape.actions) {
         let why = format!(
             "the task {} does not have several continuous outputs; take \"winner\"",
             policy_spec.task
         );
-        let name = shape.action_programs.name();
         return Err(ConfigError::text("policy.action-programs", name, why));
-    };
-    let (outputs, max) = (
-        u32::from(shape.atomic_actions()),
-        config.evolution.team.size.max,
-    );
-    if max < outputs {
+    }
+    let (outputs, max) = (shape.separate_outputs(), config.evolution.team.size.max);
+    if max < u32::from(outputs) {
         let why = format!(
-            "policy.action-programs = \"each\" needs room for a program for each of {outputs} outputs"
+            "policy.action-programs = {name:?} needs room for a program for each of {outputs} outputs"
         );
         return Err(ConfigError::value("evolution.team.size.max", max, why));
     }

@@ -3,7 +3,7 @@
 use tpg_runtime::front_end::monomials;
 
 use super::error::ConfigError;
-use crate::front_end::{Columns, FrontEndFallback, FrontEndParams};
+use crate::front_end::{Columns, FrontEndParams};
 use crate::keys::nearest;
 use tpg_tasks::task::Channel;
 
@@ -22,7 +22,7 @@ pub(super) fn check(
     let columns = columns(&params.columns, inputs)?;
     let most = columns.as_ref().map_or(inputs.len(), Vec::len) + actions;
     let count = monomials(most, params.degree);
-    if params.belief == FrontEndFallback::Learned && count > MOST_MONOMIALS {
+    if params.belief.has_model() && count > MOST_MONOMIALS {
         let why = format!(
             "a model of {most} variables has {count} monomials, at most {MOST_MONOMIALS} are fitted: \
              name fewer front-end.columns, or take a lower degree"
@@ -57,6 +57,7 @@ fn columns(columns: &Columns, inputs: &[Channel]) -> Result<Option<Vec<u16>>, Co
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::front_end::FrontEndFallback;
 
     #[test]
     fn columns_are_named_or_all_or_left_to_the_data() {

@@ -38,6 +38,12 @@ impl FrontEndFallback {
             Self::Learned => "learned",
         }
     }
+
+    /// Whether a model is learned.
+    #[must_use]
+    pub const fn has_model(self) -> bool {
+        matches!(self, Self::Learned)
+    }
 }
 
 /// Which columns of the observation a model describes.
