@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Display, Path, PathBuf};
 
 use tpg_runtime::Policy;
 
@@ -10,13 +10,85 @@ use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::print_json;
 use tpg_tools::export;
 
-/// Words of C that a module cannot be named after.
+/// Words of C and C++, and names within a module, that a module cannot be named after.
 const RESERVED: &[&str] = &[
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
-    "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "register",
-    "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef",
-    "union", "unsigned", "void", "volatile", "while", "bool", "true", "false", "copy", "clamp",
-    "or_zero", "limited", "join", "cells", "chances", "self", "main",
+    "auto",
+    "break",
+    "case",
+    "char",
+    "const",
+    "continue",
+    "default",
+    "do",
+    "double",
+    "else",
+    "enum",
+    "extern",
+    "float",
+    "for",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "register",
+    "restrict",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "struct",
+    "switch",
+    "typedef",
+    "union",
+    "unsigned",
+    "void",
+    "volatile",
+    "while",
+    "bool",
+    "true",
+    "false",
+    "copy",
+    "clamp",
+    "or_zero",
+    "limited",
+    "join",
+    "self",
+    "main",
+    "alignas",
+    "alignof",
+    "and",
+    "asm",
+    "catch",
+    "class",
+    "compl",
+    "constexpr",
+    "decltype",
+    "delete",
+    "explicit",
+    "export",
+    "friend",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "nullptr",
+    "operator",
+    "or",
+    "private",
+    "protected",
+    "public",
+    "template",
+    "this",
+    "throw",
+    "try",
+    "typeid",
+    "typename",
+    "using",
+    "virtual",
+    "xor",
 ];
 
 /// Arguments of `tpg export`.
@@ -28,7 +100,7 @@ pub(crate) struct Args {
     /// Write the policy as a Rust module that needs tpg-runtime alone.
     #[arg(long, value_name = "OUT.rs", required_unless_present = "c")]
     rust: Option<PathBuf>,
-    /// Write the policy as C11: OUT.c and OUT.h; names in it begin with the file's.
+    /// Write the policy as C (C99 or later, or C++17): OUT.c and OUT.h; names in it begin with the file's.
     #[arg(long, value_name = "OUT.c")]
     c: Option<PathBuf>,
     /// Print one JSON object to standard output.
@@ -42,12 +114,14 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
     let mut written = Vec::new();
     let name = args.c.as_deref().map(module_name).transpose()?;
+    // The written text names no folders, so that it is the same wherever it is made.
+    let source = base_name(&args.file);
     if let Some(path) = &args.rust {
-        let command = format!("tpg export {file} --rust {}", path.display());
+        let command = format!("tpg export {source} --rust {}", base_name(path));
         written.push((path.clone(), export::rust(&policy, &command)));
     }
     if let (Some(path), Some(name)) = (&args.c, name) {
-        let command = format!("tpg export {file} --c {}", path.display());
+        let command = format!("tpg export {source} --c {}", base_name(path));
         let module = export::c(&policy, name, &command);
         written.push((path.with_extension("c"), module.source));
         written.push((path.with_extension("h"), module.header));
@@ -72,6 +146,11 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         }
     }
     Ok(Status::Fine)
+}
+
+/// The name of a file, without its folder.
+fn base_name(path: &Path) -> Display<'_> {
+    Path::new(path.file_name().unwrap_or_default()).display()
 }
 
 /// The name of a C module: that of its file, which must be an identifier.
