@@ -1,9 +1,9 @@
-# Every target is a thin name for a command that can be run by hand.
+# Every target is a thin name for commands that can be run by hand.
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test lint
+.PHONY: help setup build demo check test lint book deny
 
 help: ## Show the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## Fetch the MuJoCo library and the robots' models
 	@scripts/setup
@@ -14,13 +14,23 @@ build: setup ## Build every program, optimised
 demo: setup ## Train, export and run a small policy
 	@scripts/demo
 
+check: setup ## Check format, lints and the fast tests, before each commit; leaves out what takes minutes
+	@scripts/check
+
 test: setup ## Run all tests
 	cargo test --workspace --no-fail-fast
 
-lint: setup ## Check formatting, lints and documentation, warnings being errors
+# `--lib --bins --examples` counts the features of dev-dependencies, as clippy above does: what it checked is used again.
+lint: setup ## Check format, lints and documentation, warnings being errors
 	cargo fmt --all --check
 	rustfmt --edition 2024 --check firmware-examples/*/src/bin/*.rs
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy --workspace --all-targets --no-default-features -- -D warnings
 	cd firmware-examples/common && cargo clippy --all-targets --all-features -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --bins --examples
+
+book: ## Build the documents as a book in target/book, and check all links
+	@scripts/book
+
+deny: ## Check licences, sources and duplicates of dependencies
+	@scripts/check-dependencies

@@ -1,96 +1,24 @@
 //! The owner of an agent's state, with capacities fixed at compile time.
 
-use core::fmt;
 use core::marker::PhantomData;
 
 use heapless::Vec;
 
-use crate::action::Action;
+use crate::decision::{Decision, ObservationError, Reset};
 use crate::exec::{self, Machine};
 use crate::math;
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
-use crate::sizing::Capacities;
+use crate::sizing::{Capacities, CapacityError};
 use crate::state;
-use crate::tables::ProgramId;
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
 use crate::width::{AnyWidth, Width};
-
-/// What begins when an agent is reset; the policy's [`ResetScope`](crate::blob::ResetScope) decides what that clears.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reset {
-    /// The agent starts: its first episode of an evaluation.
-    Agent,
-    /// A further episode of the same agent.
-    Episode,
-}
-
-/// A policy that does not fit the agent it was to be loaded into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CapacityError {
-    /// What there is too little of: `words`, `programs`, `teams`, `streams`, or the `width` that differs.
-    pub resource: &'static str,
-    /// What the policy needs.
-    pub needed: usize,
-    /// What the agent offers.
-    pub available: usize,
-}
-
-impl fmt::Display for CapacityError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            resource,
-            needed,
-            available,
-        } = self;
-        write!(
-            f,
-            "policy needs {resource} = {needed}, the agent was compiled for {available}"
-        )
-    }
-}
-
-impl core::error::Error for CapacityError {}
-
-/// An observation of another length than the policy's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ObservationError {
-    /// Length that the policy expects.
-    pub needed: usize,
-    /// Length that was given.
-    pub got: usize,
-}
-
-impl fmt::Display for ObservationError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { needed, got } = self;
-        write!(
-            f,
-            "observation has {got} elements, the policy expects {needed}"
-        )
-    }
-}
-
-impl core::error::Error for ObservationError {}
 
 /// An agent with room for any policy that the format's offsets can address, for hosts; some 340 KB, so box it.
 ///
 /// It has a word for every 16-bit offset, so that the compiler drops the checks of the interpreter's accesses.
 pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize + 1 }, 2_048, 512, 1_536>;
-
-/// One decision: the action and how it came about.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Decision<'a> {
-    /// What the plant is to do.
-    pub action: Action<'a>,
-    /// The program that won at the last team; where outputs have programs of their own, the highest bidder of all.
-    pub winner: ProgramId,
-    /// Instructions executed; a front end counts its multiplications.
-    pub instructions: u32,
-    /// Teams visited.
-    pub teams: u16,
-}
 
 /// A policy and its state: registers, shared memory, random streams.
 ///
@@ -240,7 +168,7 @@ impl<
         observer: O,
     ) -> Result<Decision<'_>, ObservationError> {
         let perceived = state::observe(&self.policy, &mut self.words, observation)?;
-        let wides = W::wides::<O>(self.policy.header.width);
+        let vectors = W::vectors::<O>(self.policy.header.width);
         let mut machine = Machine {
             words: &mut self.words,
             bids: &mut self.bids,
@@ -249,7 +177,7 @@ impl<
             indexed: &mut self.indexed,
             observer,
         };
-        let path = exec::decide(&self.policy, &mut machine, wides);
+        let path = exec::decide(&self.policy, &mut machine, vectors);
         let mut observer = machine.observer;
         Ok(Decision {
             action: state::take_action(

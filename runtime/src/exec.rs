@@ -7,7 +7,7 @@ mod elementwise;
 mod rows;
 mod scalars;
 mod shared;
-mod wides;
+mod vectors;
 
 use core::borrow::BorrowMut;
 
@@ -19,7 +19,7 @@ use crate::trace::Observer;
 use crate::verify::Policy;
 
 use scalars::{load, scalars};
-pub use wides::wides;
+pub use vectors::vectors;
 
 /// Instructions as stored.
 type Code<'c> = &'c [[u8; Instruction::BYTES]];
@@ -53,8 +53,8 @@ pub struct Path {
     pub teams: u16,
 }
 
-/// [`wides`] of one vector width.
-pub type Wides<O> =
+/// [`vectors`] of one vector width.
+pub type Vectors<O> =
     for<'c> fn(&Policy<'_>, &mut [f32], &mut Shared<'_, O>, &Team, &Program, Code<'c>) -> Code<'c>;
 
 /// Runs one decision; the observation lies in the window already.
@@ -62,7 +62,7 @@ pub type Wides<O> =
 pub fn decide<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
     policy: &Policy<'_>,
     machine: &mut Machine<'_, S, O>,
-    wides: Wides<O>,
+    vectors: Vectors<O>,
 ) -> Path {
     machine.bids.fill(f32::NAN);
     machine.visited.fill(false);
@@ -94,7 +94,7 @@ pub fn decide<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
                 continue;
             }
             let bid = bid(
-                policy, machine, wides, &team, program_id, &program, &mut path,
+                policy, machine, vectors, &team, program_id, &program, &mut path,
             );
             machine.observer.bid(program_id, bid);
             // Only a higher bid takes over: of equals the earlier program wins.
@@ -120,7 +120,7 @@ pub fn decide<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
 fn bid<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
     policy: &Policy<'_>,
     machine: &mut Machine<'_, S, O>,
-    wides: Wides<O>,
+    vectors: Vectors<O>,
     team: &Team,
     program_id: ProgramId,
     program: &Program,
@@ -136,7 +136,7 @@ fn bid<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
         reset_registers(policy, machine.words.borrow_mut(), program);
     }
     machine.observer.run(program_id, program.code_len);
-    run(policy, machine, wides, team, program);
+    run(policy, machine, vectors, team, program);
     path.instructions += u32::from(program.code_len);
     let bid = load(machine.words.borrow_mut(), program.state_start);
     if let Some(place) = machine.bids.get_mut(slot) {
@@ -188,7 +188,7 @@ pub(crate) fn fill_initial(
 fn run<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
     policy: &Policy<'_>,
     machine: &mut Machine<'_, S, O>,
-    wides: Wides<O>,
+    vectors: Vectors<O>,
     team: &Team,
     program: &Program,
 ) {
@@ -205,6 +205,6 @@ fn run<S: BorrowMut<[f32]> + ?Sized, O: Observer>(
             observer: &mut machine.observer,
         };
         let words = machine.words.borrow_mut();
-        code = wides(policy, words, &mut shared, team, program, code);
+        code = vectors(policy, words, &mut shared, team, program, code);
     }
 }

@@ -3,8 +3,6 @@
 //! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `isa!`.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
-use crate::tables::Section;
-
 /// Number of registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
 /// Slots of each section of a team's shared memory (thesis §3.4.2).
@@ -25,6 +23,33 @@ impl core::fmt::Display for CellName {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let columns = REGISTERS as u16;
         write!(f, "cell[{},{}]", self.0 / columns, self.0 % columns)
+    }
+}
+
+/// A kind of register, and the section of a team's shared memory that holds values of this kind (thesis §3.4.2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Section {
+    /// Registers and slots that hold one scalar.
+    Scalar = 0,
+    /// Registers and slots that hold a vector of W elements.
+    Vector = 1,
+    /// Registers and slots that hold a matrix of W × W elements.
+    Matrix = 2,
+}
+
+impl Section {
+    /// The three kinds, in the order in which they lie in the state.
+    pub const ALL: [Section; 3] = [Section::Scalar, Section::Vector, Section::Matrix];
+
+    /// State words of one register or slot at vector width `width`.
+    #[must_use]
+    pub const fn slot_words(self, width: usize) -> usize {
+        match self {
+            Section::Scalar => 1,
+            Section::Vector => width,
+            Section::Matrix => width * width,
+        }
     }
 }
 
@@ -77,6 +102,7 @@ pub enum Operand {
 /// A family of operations that a policy may use or go without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
+#[non_exhaustive]
 pub enum Group {
     /// Scalar arithmetic, transcendental functions and the conditional.
     Scalar = 1,
@@ -106,6 +132,20 @@ impl Group {
         Group::Classic,
     ];
 
+    /// The name used in configurations and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Group::Scalar => "scalar",
+            Group::Vector => "vector",
+            Group::Matrix => "matrix",
+            Group::Constants => "constants",
+            Group::TeamMemory => "team-memory",
+            Group::WholeReads => "whole-reads",
+            Group::Classic => "classic",
+        }
+    }
+
     /// The group's bit in a blob's header.
     #[must_use]
     pub const fn bit(self) -> u16 {
@@ -116,12 +156,8 @@ impl Group {
     #[must_use]
     pub const fn feature(self) -> &'static str {
         match self {
-            Group::Scalar => "scalar",
-            Group::Vector => "vector",
-            Group::Matrix => "matrix",
-            Group::Constants => "constants",
-            Group::TeamMemory | Group::WholeReads => "team-memory",
-            Group::Classic => "classic",
+            Group::WholeReads => Group::TeamMemory.name(),
+            _ => self.name(),
         }
     }
 
@@ -183,6 +219,7 @@ impl Cost {
 
 /// How an operation applies its function `f` of [`crate::math`] to its operands `a`, `b` and its destination `d`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Form {
     /// `d = f(a, b)` of scalars; `f(d, a, b)` where the old value of `d` is read.
     Scalar,
@@ -225,6 +262,7 @@ macro_rules! isa {
         /// An operation.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
+        #[non_exhaustive]
         pub enum Op {
             $(#[doc = concat!("`", $notation, "`")] $name = $code,)*
         }

@@ -10,7 +10,7 @@
 //! - [`SliceAgent`]: the same in memory that its caller owns, for sizes known only when a policy arrives.
 //! - [`isa`]: the instruction table, from which names, encoding and costs derive.
 //! - [`math`]: what every operation means; the only place that computes with floats.
-//! - [`frontend`]: what a policy perceives of an observation, where it has a front end.
+//! - [`front_end`]: what a policy perceives of an observation, where it has a front end.
 //! - [`rng`]: seeds and random streams; [`memory`]: which of them memory writes follow.
 //!
 //! A champion computes the same bits on every target: `docs/semantics.md` in the repository defines them.
@@ -19,7 +19,7 @@
 //! |---|---|---|
 //! | `all-operations` | every group of instructions below | on |
 //! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
-//! | `front-end` | execute [front ends](frontend): standardised observations, belief where they are blank; a policy that has one is refused without | on |
+//! | `front-end` | execute [front ends](front_end): standardised observations, belief where they are blank; a policy that has one is refused without | on |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `wire` | what host and board say to each other over a serial line | off |
@@ -44,14 +44,15 @@
     )
 )]
 
-mod action;
 mod agent;
 pub mod blob;
+mod decision;
 mod exec;
-pub mod frontend;
+pub mod front_end;
 pub mod isa;
 pub mod math;
 pub mod memory;
+pub mod registers;
 pub mod rng;
 mod sizing;
 mod slices;
@@ -66,10 +67,10 @@ mod width;
 #[cfg(feature = "wire")]
 pub mod wire;
 
-pub use action::Action;
-pub use agent::{Agent, CapacityError, Decision, HostAgent, ObservationError, Reset};
+pub use agent::{Agent, HostAgent};
 pub use blob::{Blob, Header};
-pub use sizing::Capacities;
+pub use decision::{Action, Decision, ObservationError, Reset};
+pub use sizing::{Capacities, CapacityError};
 pub use slices::{SliceAgent, Slices};
 pub use verify::{Bounds, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};
 pub use width::{AnyWidth, Fixed, Width};

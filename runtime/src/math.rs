@@ -9,10 +9,10 @@
     reason = "this is the one place for arithmetic"
 )]
 
-mod belief;
+mod front_end;
 mod trigonometry;
 
-pub use belief::{LIMIT, believe, centred, changes, is_blank, standardise};
+pub use front_end::{LIMIT, centred, changes, is_blank, predict, standardise};
 pub use trigonometry::{acos, asin, cos, sin, tan};
 
 /// The number rule of the standard set: a non-finite result becomes +0.

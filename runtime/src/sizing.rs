@@ -1,5 +1,7 @@
 //! Capacities of an agent, from the bytes of its policy, when the firmware is compiled.
 
+use core::fmt;
+
 use crate::blob::{Header, HeaderFault, OLDEST_VERSION, VERSION};
 
 /// What an [`Agent`](crate::Agent) needs for a policy, or offers to one.
@@ -141,6 +143,33 @@ impl Capacities {
         4 * self.words + 4 * self.programs + self.teams + 16 * self.streams
     }
 }
+
+/// A policy that does not fit the agent it was to be loaded into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CapacityError {
+    /// What there is too little of: `words`, `programs`, `teams`, `streams`, or the `width` that differs.
+    pub resource: &'static str,
+    /// What the policy needs.
+    pub needed: usize,
+    /// What the agent offers.
+    pub available: usize,
+}
+
+impl fmt::Display for CapacityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            resource,
+            needed,
+            available,
+        } = self;
+        write!(
+            f,
+            "policy needs {resource} = {needed}, the agent was compiled for {available}"
+        )
+    }
+}
+
+impl core::error::Error for CapacityError {}
 
 /// The type of the agent that has exactly the capacities that a policy needs.
 ///

@@ -2,11 +2,11 @@
 
 use core::marker::PhantomData;
 
-use crate::agent::{CapacityError, Decision, ObservationError, Reset};
+use crate::decision::{Decision, ObservationError, Reset};
 use crate::exec::{self, Machine};
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
-use crate::sizing::Capacities;
+use crate::sizing::{Capacities, CapacityError};
 use crate::state;
 use crate::verify::Policy;
 use crate::width::Width;
@@ -112,7 +112,7 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
     /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
     pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
         let perceived = state::observe(&self.policy, self.slices.words, observation)?;
-        let wides = W::wides::<()>(self.policy.header.width);
+        let vectors = W::vectors::<()>(self.policy.header.width);
         let mut machine = Machine {
             words: &mut *self.slices.words,
             bids: self.slices.bids,
@@ -121,7 +121,7 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
             indexed: &mut self.indexed,
             observer: (),
         };
-        let path = exec::decide(&self.policy, &mut machine, wides);
+        let path = exec::decide(&self.policy, &mut machine, vectors);
         Ok(Decision {
             action: state::take_action(
                 &self.policy,

@@ -1,11 +1,10 @@
 //! What agents do with their state, whoever owns it.
 
-use crate::action::Action;
-use crate::agent::{ObservationError, Reset};
 use crate::blob::{ActionKind, Header, MemoryModel};
+use crate::decision::{Action, ObservationError, Reset};
 use crate::exec;
 #[cfg(feature = "front-end")]
-use crate::frontend;
+use crate::front_end;
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::rng::Pcg32;
@@ -40,7 +39,7 @@ pub(crate) fn reset(
         Reset::Agent => scope.at_agent(),
         Reset::Episode => scope.at_episode(),
     };
-    forget_perception(policy, words);
+    clear_front_end(policy, words);
     if memory {
         restore_memory(policy, words);
     }
@@ -76,7 +75,7 @@ pub(crate) fn observe(
     #[cfg(feature = "front-end")]
     let perceived = policy
         .front_end()
-        .map(|front_end| frontend::perceive(&front_end, header, first, behind, observation));
+        .map(|front_end| front_end::apply(&front_end, header, first, behind, observation));
     #[cfg(not(feature = "front-end"))]
     let (perceived, _) = (None, behind);
     if perceived.is_none() {
@@ -94,7 +93,7 @@ pub(crate) fn observe(
 
 /// Empties window and belief at the start of an episode, where a front end lets them outlive a decision.
 #[inline]
-fn forget_perception(policy: &Policy<'_>, words: &mut [f32]) {
+fn clear_front_end(policy: &Policy<'_>, words: &mut [f32]) {
     let header = &policy.header;
     if cfg!(feature = "front-end") && header.front_end.is_some() {
         let place = words.get_mut(..header.registers_start());
@@ -118,7 +117,7 @@ pub(crate) fn take_action<'s, O: Observer>(
                 Some(Target::Atomic(action)) => action,
                 _ => 0,
             };
-            remember(policy, words, action);
+            record_action(policy, words, action);
             return Action::Discrete(action);
         }
         (ActionKind::Continuous, program) => {
@@ -133,7 +132,7 @@ pub(crate) fn take_action<'s, O: Observer>(
             }
         }
     }
-    remember(policy, words, 0);
+    record_action(policy, words, 0);
     let outputs = words.get(start..).and_then(|rest| rest.get(..len));
     Action::Continuous(outputs.unwrap_or_default())
 }
@@ -189,11 +188,11 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
 
 /// Tells the front end, if there is one, what was decided.
 #[inline]
-fn remember(policy: &Policy<'_>, words: &mut [f32], action: u16) {
+fn record_action(policy: &Policy<'_>, words: &mut [f32], action: u16) {
     #[cfg(feature = "front-end")]
     if let Some(front_end) = policy.front_end() {
         let behind = words.get_mut(usize::from(policy.header.window)..);
-        frontend::remember(
+        front_end::record_action(
             &front_end,
             &policy.header,
             behind.unwrap_or_default(),

@@ -2,6 +2,7 @@
 //!
 //! Every record has a fixed width, is little-endian and is read in place, at any alignment.
 
+pub use crate::isa::Section;
 use crate::isa::{Op, REGISTERS, SLOTS};
 
 /// Number of a team in its policy; the root team is 0.
@@ -42,35 +43,9 @@ impl Target {
     }
 }
 
-/// One of the three sections of a team's shared memory (thesis §3.4.2).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Section {
-    /// Slots that hold one scalar.
-    Scalar = 0,
-    /// Slots that hold a vector.
-    Vector = 1,
-    /// Slots that hold a matrix.
-    Matrix = 2,
-}
-
-impl Section {
-    /// The sections in the order of their place in memory.
-    pub const ALL: [Section; 3] = [Section::Scalar, Section::Vector, Section::Matrix];
-
-    /// Words that one slot takes at vector width `width`.
-    #[must_use]
-    pub const fn slot_words(self, width: usize) -> usize {
-        match self {
-            Section::Scalar => 1,
-            Section::Vector => width,
-            Section::Matrix => width * width,
-        }
-    }
-}
-
 /// A team: its members, in order, and its shared memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct Team {
     /// First entry in the members table.
     pub members_start: u32,
@@ -215,6 +190,7 @@ impl Team {
 /// Its registers lie in the state from `state_start` on: scalars (the bid first), then vectors, then matrices.
 /// Its evolved constants lie in the same order from `constants_start` on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Program {
     /// First instruction.
     pub code_start: u32,
@@ -230,6 +206,21 @@ pub struct Program {
     pub output: u16,
     /// Number of scalar, vector and matrix registers kept, at most [`REGISTERS`] each.
     pub registers: [u8; 3],
+}
+
+impl Default for Program {
+    /// A program without code and registers that gives action 0.
+    fn default() -> Self {
+        Program {
+            code_start: 0,
+            code_len: 0,
+            target: Target::Atomic(0),
+            constants_start: 0,
+            state_start: 0,
+            output: 0,
+            registers: [0; 3],
+        }
+    }
 }
 
 impl Program {
@@ -356,7 +347,8 @@ impl Instruction {
 }
 
 /// The tables of a blob, borrowed from its bytes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
+#[non_exhaustive]
 pub struct Tables<'a> {
     /// Teams; the first is the root.
     pub teams: &'a [[u8; Team::BYTES]],

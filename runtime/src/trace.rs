@@ -4,7 +4,8 @@ use crate::tables::{ProgramId, Section, Target, TeamId};
 
 /// A place in the memory that programs share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+#[non_exhaustive]
+pub enum MemoryAddress {
     /// A slot of the memory of the team that runs the program.
     Slot(Section, u16),
     /// A cell of indexed memory: row · 8 + column.
@@ -32,13 +33,13 @@ pub trait Observer {
     }
 
     /// The running program reads a place of shared memory, or a part of it.
-    fn read(&mut self, place: Place) {
-        let _ = place;
+    fn read(&mut self, address: MemoryAddress) {
+        let _ = address;
     }
 
     /// The running program writes a place of shared memory; writes to places that nobody reads are not made.
-    fn write(&mut self, place: Place) {
-        let _ = place;
+    fn write(&mut self, address: MemoryAddress) {
+        let _ = address;
     }
 
     /// A program bids in the current team, after its run or with the bid of an earlier one.
@@ -74,12 +75,12 @@ impl Observer for &mut dyn Observer {
         (**self).run(program_id, instructions);
     }
 
-    fn read(&mut self, place: Place) {
-        (**self).read(place);
+    fn read(&mut self, address: MemoryAddress) {
+        (**self).read(address);
     }
 
-    fn write(&mut self, place: Place) {
-        (**self).write(place);
+    fn write(&mut self, address: MemoryAddress) {
+        (**self).write(address);
     }
 
     fn bid(&mut self, program_id: ProgramId, bid: f32) {

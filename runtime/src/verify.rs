@@ -6,8 +6,9 @@ mod programs;
 mod teams;
 
 use crate::blob::{Blob, Header};
-use crate::frontend::FrontEnd;
-use crate::tables::{Instruction, Tables};
+use crate::front_end::FrontEnd;
+use crate::registers::{Location, RegisterMap};
+use crate::tables::{Instruction, Program, Tables};
 
 pub use error::VerifyError;
 
@@ -22,6 +23,7 @@ pub const MAX_WORDS: u32 = u16::MAX as u32;
 
 /// What one decision can cost at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Bounds {
     /// Instructions executed: every program runs at most once; a front end counts its multiplications.
     pub instructions: u32,
@@ -110,6 +112,15 @@ impl<'a> Policy<'a> {
             [] => None,
             section => FrontEnd::view(section, &self.header),
         }
+    }
+
+    /// Where an operand of an instruction of `program` lies, if it is a register or in the observation window.
+    ///
+    /// `at` is a field of the instruction, or [`Program::output`]. `None` for state words that the program does not reach
+    /// this way, such as cells of indexed memory.
+    #[must_use]
+    pub fn locate(&self, program: &Program, at: u16) -> Option<Location> {
+        RegisterMap::of(&self.header, program).locate(usize::from(at))
     }
 
     /// First state word of the kept cells of indexed memory: behind the teams' memory.

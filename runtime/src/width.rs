@@ -1,19 +1,19 @@
 //! For which vector widths the interpreter is compiled.
 
-use crate::exec::{Wides, wides};
+use crate::exec::{Vectors, vectors};
 use crate::trace::Observer;
 
 /// Which vector widths an [`Agent`](crate::Agent) is compiled for.
 pub trait Width: sealed::Sealed {}
 
 pub(crate) mod sealed {
-    use super::{Observer, Wides};
+    use super::{Observer, Vectors};
 
     pub trait Sealed {
         /// The only width, or `None` for every width up to the limit.
         const ONLY: Option<u16>;
         /// The instructions on vectors and matrices of this width.
-        fn wides<O: Observer>(width: u16) -> Wides<O>;
+        fn vectors<O: Observer>(width: u16) -> Vectors<O>;
     }
 }
 
@@ -32,8 +32,8 @@ impl<const W: usize> sealed::Sealed for Fixed<W> {
     const ONLY: Option<u16> = Some(W as u16);
 
     #[inline(always)]
-    fn wides<O: Observer>(_: u16) -> Wides<O> {
-        wides::<W, O>
+    fn vectors<O: Observer>(_: u16) -> Vectors<O> {
+        vectors::<W, O>
     }
 }
 
@@ -41,13 +41,13 @@ impl sealed::Sealed for AnyWidth {
     const ONLY: Option<u16> = None;
 
     #[inline(always)]
-    fn wides<O: Observer>(width: u16) -> Wides<O> {
+    fn vectors<O: Observer>(width: u16) -> Vectors<O> {
         macro_rules! dispatch {
             ($($w:literal)*) => {
                 match width {
-                    $($w => wides::<$w, O>,)*
+                    $($w => vectors::<$w, O>,)*
                     // The verifier has refused every other width.
-                    _ => wides::<1, O>,
+                    _ => vectors::<1, O>,
                 }
             };
         }

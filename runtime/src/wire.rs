@@ -131,6 +131,7 @@ impl Refusal {
 
 /// Who a board is, and which policy it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Identity {
     /// [`PROTOCOL`] of the board.
     pub protocol: u16,

@@ -5,6 +5,7 @@ use std::time::Duration;
 use crate::error::BridgeError;
 use crate::interrupt;
 use crate::message::Role;
+use crate::note;
 use crate::run::RunName;
 
 /// How long to wait for the other process.
@@ -42,7 +43,7 @@ pub struct PaceArgs {
 #[cfg(feature = "plant")]
 #[derive(Debug, Clone, clap::Args)]
 pub struct ControllerArgs {
-    /// The controller is a board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits a second), or of a
+    /// The controller is a board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits per second), or of a
     /// Unix socket.
     #[arg(long, value_name = "serial:PATH")]
     pub controller: Option<crate::serial::SerialPath>,
@@ -75,10 +76,10 @@ impl LinkArgs {
         Ok(())
     }
 
-    /// Tells the user who was found.
+    /// Tells the user which process was found, unless `tpg-hil` started this one.
     pub fn announce(&self, peer: Role, pid: u32) {
         if !self.attached {
-            eprintln!("connected to {peer}, process {pid}");
+            note(format_args!("connected to {peer}, process {pid}"));
         }
     }
 }

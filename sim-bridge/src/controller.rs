@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
-use crate::contract::Contract;
 use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
@@ -32,10 +32,10 @@ impl<'p> Server<'p> {
         run: &RunName,
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
-        let contract = Contract::new(&policy, blob)?;
+        let handshake = Handshake::new(&policy, blob)?;
         let rest = Duration::from_micros(policy.header().control_period_us.into()) / 2;
         let agent = Box::new(HostAgent::new(policy)?);
-        let link = Link::connect(run, &contract, timeout)?;
+        let link = Link::connect(run, &handshake, timeout)?;
         Ok(Server { agent, rest, link })
     }
 
@@ -48,7 +48,7 @@ impl<'p> Server<'p> {
     /// Answers until the plant ends the loop.
     ///
     /// # Errors
-    /// Those of [`Link::receive`] and [`Link::send`], and [`BridgeError::Nonsense`] or
+    /// Those of [`Link::receive`] and [`Link::send`], and [`BridgeError::Invalid`] or
     /// [`BridgeError::OutOfStep`] for a request that was refused.
     pub fn serve(&mut self) -> Result<(), BridgeError> {
         let mut reply = ActionMessage::empty();
@@ -111,14 +111,14 @@ fn answer(
             got: request.seq,
         });
     }
-    let nonsense = |what, got: u32| {
+    let invalid = |what, got: u32| {
         let got = got.to_string();
-        Err(BridgeError::Nonsense { peer, what, got })
+        Err(BridgeError::Invalid { peer, what, got })
     };
     let (kind, next) = match Request::from_code(request.kind) {
         None => {
             refuse(reply, Refusal::Kind, request.kind);
-            return nonsense("kind of request", request.kind);
+            return invalid("kind of request", request.kind);
         }
         Some(Request::ResetAgent) => {
             agent.reset(Reset::Agent, request.agent_seed);
@@ -136,7 +136,7 @@ fn answer(
             let decision = observation.and_then(|o| agent.decide(o).ok());
             let Some(decision) = decision else {
                 refuse(reply, Refusal::Length, request.len);
-                return nonsense("length of observation", request.len);
+                return invalid("length of observation", request.len);
             };
             reply.instructions = decision.instructions;
             (write_action(reply, decision.action), Next::GoOn)
@@ -153,7 +153,7 @@ fn write_action(reply: &mut ActionMessage, action: Action<'_>) -> Response {
             Response::Discrete
         }
         Action::Continuous(values) => {
-            // The contract has checked that all of them fit.
+            // The handshake has checked that all of them fit.
             for (place, value) in reply.values.iter_mut().zip(values) {
                 *place = *value;
             }

@@ -13,16 +13,16 @@ const SHARED_BYTES: usize = 256 * 1024;
 
 /// Creates a node in a run's domain; no file of the machine changes its configuration.
 pub(crate) fn node(run: &RunName, name: &str) -> Result<Node<ipc::Service>, BridgeError> {
-    // What matters comes back as an error; the library's own account of it would say everything twice.
+    // Failures come back as errors; the library's own log would repeat them.
     set_log_level(LogLevel::Fatal);
     check_space(run, name).map_err(no_space)?;
     let mut config = Config::default();
     let (prefix, folder) = (run.prefix(), run.folder());
     let failed = "name its files";
-    config.global.prefix = FileName::new(prefix.as_bytes())
-        .map_err(|e| BridgeError::transport(failed)(format!("{e:?}")))?;
-    let root = Path::new(folder.as_os_str().as_encoded_bytes())
-        .map_err(|e| BridgeError::transport(failed)(format!("{e:?}")))?;
+    config.global.prefix =
+        FileName::new(prefix.as_bytes()).map_err(BridgeError::transport(failed))?;
+    let root =
+        Path::new(folder.as_os_str().as_encoded_bytes()).map_err(BridgeError::transport(failed))?;
     config.global.set_root_path(&root);
     let name = NodeName::new(name).map_err(BridgeError::transport("name the process"))?;
     NodeBuilder::new()
@@ -41,7 +41,7 @@ fn no_space(source: io::Error) -> BridgeError {
     }
 }
 
-/// Writes as much as a loop needs: memory that runs out later ends the process with SIGBUS.
+/// Writes as much as a loop needs, since memory that runs out later would end the process with SIGBUS.
 fn check_space(run: &RunName, name: &str) -> io::Result<()> {
     if !fs::exists(SHARED_MEMORY)? {
         return Ok(());
@@ -49,7 +49,7 @@ fn check_space(run: &RunName, name: &str) -> io::Result<()> {
     let name = format!("{}{name}_{}", run.prefix(), std::process::id());
     let path = std::path::Path::new(SHARED_MEMORY).join(name);
     let mut file = File::create(&path)?;
-    // Without a name already, so that it goes in any case when the file is closed.
+    // The file has no name from here on, so that closing it frees the memory in any case.
     fs::remove_file(path)?;
     fill(&mut file)
 }
@@ -61,6 +61,7 @@ fn fill(file: &mut File) -> io::Result<()> {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+    use crate::Status;
 
     #[test]
     fn memory_that_is_full_is_told_with_the_bytes_needed() {
@@ -69,9 +70,9 @@ mod tests {
         let error = fill(&mut full).map_err(no_space).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "no 262144 bytes of shared memory to be had in /dev/shm: free some, or enlarge it"
+            "/dev/shm has no 262144 bytes of shared memory left: free some, or enlarge it"
         );
-        assert_eq!(error.status(), 1);
+        assert_eq!(error.status(), Status::OurFault);
         let cause = std::error::Error::source(&error).map(ToString::to_string);
         assert!(cause.is_some_and(|cause| cause.contains("space")));
     }

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use crate::Status;
 use crate::message::Role;
 
 /// Why a loop could not be joined, or broke off.
@@ -10,7 +11,7 @@ use crate::message::Role;
 pub enum BridgeError {
     /// The name of a run cannot be used.
     #[error(
-        "{name:?} is no name of a run: use 1 to 64 letters, digits, hyphens, underscores or dots"
+        "{name:?} is not a run name: use 1 to 64 letters, digits, hyphens, underscores or dots"
     )]
     RunName {
         /// The name.
@@ -33,7 +34,7 @@ pub enum BridgeError {
     #[error("controller cannot hold the policy")]
     Capacity(#[from] tpg_runtime::CapacityError),
     /// The shared memory of this machine is too small or not accessible.
-    #[error("no {needed} bytes of shared memory to be had in {place}: free some, or enlarge it")]
+    #[error("{place} has no {needed} bytes of shared memory left: free some, or enlarge it")]
     NoSpace {
         /// Where the shared memory lies.
         place: &'static str,
@@ -70,9 +71,9 @@ pub enum BridgeError {
         /// For how long.
         waited_ms: u128,
     },
-    /// The other process exchanges other messages, or is none of ours.
+    /// The other process exchanges other messages, or belongs to another program.
     #[error(
-        "{peer} of run {run} is foreign: its messages are not ours; use programs of one and the same build"
+        "{peer} of run {run} uses other messages than this program: use programs of the same build"
     )]
     Foreign {
         /// Who.
@@ -94,7 +95,7 @@ pub enum BridgeError {
         /// What to do.
         advice: &'static str,
     },
-    /// The other process died without a word.
+    /// The other process was killed or crashed.
     #[error("{peer} died (process {pid}): it was killed or crashed")]
     Died {
         /// Who.
@@ -130,9 +131,9 @@ pub enum BridgeError {
         /// The number that came.
         got: u64,
     },
-    /// A message makes no sense.
-    #[error("{peer} sent nonsense: {what} is {got}")]
-    Nonsense {
+    /// A message has an invalid content.
+    #[error("{peer} sent an invalid message: {what} is {got}")]
+    Invalid {
         /// Who.
         peer: Role,
         /// Which field.
@@ -203,7 +204,7 @@ pub enum BridgeError {
         /// The number that this is about.
         detail: u32,
     },
-    /// The process cannot be told when the user asks to stop.
+    /// The handler of Ctrl-C cannot be installed.
     #[error("cannot watch for Ctrl-C")]
     Signals(#[from] ctrlc::Error),
     /// The user asked to stop.
@@ -224,11 +225,11 @@ impl BridgeError {
 
     /// The exit status of a process that ends with this error.
     #[must_use]
-    pub const fn status(&self) -> u8 {
+    pub const fn status(&self) -> Status {
         match self {
-            Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => 1,
-            Self::RunName { .. } => 2,
-            Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => 3,
+            Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => Status::OurFault,
+            Self::RunName { .. } => Status::Usage,
+            Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => Status::BadInput,
             Self::Taken { .. }
             | Self::NotConnected { .. }
             | Self::Foreign { .. }
@@ -237,14 +238,14 @@ impl BridgeError {
             | Self::Left { .. }
             | Self::Silent { .. }
             | Self::OutOfStep { .. }
-            | Self::Nonsense { .. }
+            | Self::Invalid { .. }
             | Self::Refused { .. }
             | Self::CannotOpen { .. }
             | Self::Unplugged { .. }
             | Self::NoAnswer { .. }
             | Self::OtherBoard { .. }
-            | Self::BoardRefused { .. } => 4,
-            Self::Interrupted => 130,
+            | Self::BoardRefused { .. } => Status::Peer,
+            Self::Interrupted => Status::Interrupted,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
@@ -10,19 +10,20 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, anyhow};
 use clap::Parser;
+use tpg_tasks::console::print;
 use tpg_tasks::exit_status::{Failure, Status};
 use tpg_tasks::score::ScoreArgs;
 
 use crate::args::{ControllerArgs, PaceArgs, TimeoutArgs};
 use crate::interrupt;
-use crate::outcome::{failure, status_of_code};
+use crate::outcome::failure;
 use crate::run::{self, RunName};
 
 const PLANT: &str = "tpg-plant";
 const CONTROLLER: &str = "tpg-controller";
 /// Time between two looks at the children.
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
-/// Time that a child gets to end by itself after the other one, and again after it was asked to.
+/// Time for a child to end after the other one has, and again after it was asked to end.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Score a policy in another process than the simulator.
@@ -34,14 +35,17 @@ const GRACE: Duration = Duration::from_secs(1);
     name = "tpg-hil",
     bin_name = "tpg hil",
     version,
-    after_help = "Exit status: 0 done, 1 our fault, 2 usage, 3 bad policy, 4 simulator or controller failed, 130 interrupted.\n\n\
-                  Example:\n  tpg hil champion.tpg --episodes 5 --json\n  tpg hil champion.tpg --realtime --seconds 60 --disturb delay:1"
+    after_help = Status::help(
+        "Examples:\n  \
+         tpg hil champion.tpg --episodes 5 --json\n  \
+         tpg hil champion.tpg --realtime --seconds 60 --disturb delay:1"
+    )
 )]
 pub struct HilArgs {
     /// What to score.
     #[command(flatten)]
     score: ScoreArgs,
-    /// Whether the clock waits.
+    /// Lock-step or real time; the plant gets these arguments too.
     #[command(flatten)]
     _pace: PaceArgs,
     /// Whether the controller is a board.
@@ -107,8 +111,7 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
     let text = reader
         .join()
         .map_err(|_| anyhow!("reader of the plant's output panicked"))??;
-    io::stdout().write_all(&text)?;
-    Ok(())
+    print(String::from_utf8_lossy(&text).trim_end())
 }
 
 /// A child process, which does not outlive this value.
@@ -178,14 +181,17 @@ impl Part {
             self.name,
             self.child.id()
         );
-        let status = code.map_or(Status::Peer, status_of_code);
+        // A code that is no status is a panic's; without a code, a signal ended the child.
+        let status = code.map_or(Status::Peer, |code| {
+            Status::from_code(code).unwrap_or(Status::OurFault)
+        });
         Some((at, Failure::new(status, error)))
     }
 }
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Nothing to be done about a child that cannot even be killed.
+        // A child that cannot be killed is left to the system.
         let _ = self.kill();
     }
 }

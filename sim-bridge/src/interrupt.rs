@@ -16,10 +16,10 @@ pub fn install() -> Result<(), BridgeError> {
     Ok(ctrlc::set_handler(request)?)
 }
 
-/// Sets the flag when standard input closes, which it does when the process at its other end dies, however it dies.
+/// Sets the flag when standard input closes: it does when the process at its other end ends, even if that is killed.
 pub fn follow_standard_input() {
     thread::spawn(|| {
-        // What comes is of no interest, only that nothing more can come.
+        // The input itself is ignored; only its end counts.
         let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
         request();
     });

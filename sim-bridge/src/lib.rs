@@ -3,29 +3,40 @@
 //! ```text
 //! tpg-hil  starts both, collects the result
 //!   tpg-plant       task --observation--> Link ==iceoryx2== Link --> Agent       tpg-controller
-//!   (trainer)       task <---action------ Link ==iceoryx2== Link <-- Agent       (runtime alone)
+//!   (tpg-tasks)     task <---action------ Link ==iceoryx2== Link <-- Agent       (runtime alone)
 //! ```
 //!
-//! - `RemoteController` lets the trainer's episode loop drive a policy in another process; returns are those
+//! - `RemoteController` lets the episode loop of `tpg-tasks` drive a policy in another process; returns are those
 //!   of `tpg eval` in every bit. [`Server`] is that other process.
 //! - `Paced` puts it under a clock: the answer to observation k, sent at t0 + k·period, must lie in shared memory when
 //!   the plant looks at t0 + (k + 1)·period; it is then what the plant does in step k, so that without misses the
 //!   returns are those of lock-step in every bit. docs/bridge.md says what happens on a miss.
-//! - [`Link`]: connects, checks the [`Contract`] of both sides, carries messages with a deadline on every wait.
+//! - [`Link`]: connects, checks the [`Handshake`] of both sides, carries messages with a deadline on every wait.
 //! - [`message`]: what goes through shared memory.
 //! - `serial`: the way to a board, in place of shared memory and the other process.
 //! - [`BridgeError`]: what can go wrong, with the exit status it leads to.
 //!
 //! | feature | effect | default |
 //! |---|---|---|
-//! | `plant` | `tpg-plant` and `tpg-hil`, which need the trainer | on |
+//! | `plant` | `tpg-plant`, `tpg-hil` and `tpg-update`, which need `tpg-tasks` | on |
 //! | `mujoco` | tasks simulated by MuJoCo | on |
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+// The controller alone builds without tpg-tasks: these two files of it need nothing but the standard library.
+#[cfg(not(feature = "plant"))]
+#[path = "../../trainer/tasks/src/console/note.rs"]
+mod note;
+#[cfg(not(feature = "plant"))]
+#[path = "../../trainer/tasks/src/exit_status/status.rs"]
+mod status;
+
 mod args;
-mod contract;
 mod controller;
 mod domain;
 mod error;
+mod handshake;
 mod hash;
 #[cfg(feature = "plant")]
 pub mod hil;
@@ -52,18 +63,24 @@ pub mod update;
 #[cfg(feature = "plant")]
 pub use args::{ControllerArgs, PaceArgs};
 pub use args::{LinkArgs, TimeoutArgs};
-pub use contract::Contract;
 pub use controller::Server;
 pub use error::BridgeError;
+pub use handshake::Handshake;
 pub use link::Link;
+#[cfg(not(feature = "plant"))]
+pub use note::note;
 #[cfg(feature = "plant")]
-pub use outcome::{Outcome, failure, status};
+pub use outcome::{Outcome, failure};
 #[cfg(feature = "plant")]
 pub use plant::RemoteController;
 #[cfg(feature = "plant")]
 pub use realtime::Paced;
 pub use run::{RunName, sweep};
+#[cfg(not(feature = "plant"))]
+pub use status::Status;
 #[cfg(feature = "plant")]
 pub use timing::{Counts, Latency, Timing};
+#[cfg(feature = "plant")]
+pub use tpg_tasks::{console::note, exit_status::Status};
 #[cfg(feature = "plant")]
 pub use transport::Losses;

@@ -1,7 +1,7 @@
 //! One end of a loop: a service in each direction, lock-step, a deadline on every wait.
 //!
-//! Each process creates the service that it sends on, with its [`Contract`] as attributes, and opens the
-//! other's. So both see both contracts, whoever starts first.
+//! Each process creates the service that it sends on, with its [`Handshake`] as attributes, and opens the
+//! other's. So both processes see both handshakes, in whatever order they start.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,9 +13,9 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use crate::contract::Contract;
 use crate::domain;
 use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::interrupt;
 use crate::message::Message;
 use crate::peer::Peer;
@@ -55,13 +55,13 @@ impl<S: Message, R: Message> Link<S, R> {
     /// Any [`BridgeError`] that concerns connecting.
     pub fn connect(
         run: &RunName,
-        contract: &Contract,
+        handshake: &Handshake,
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
         let start = Instant::now();
         let presence = Presence::enter(run)?;
         let node = domain::node(run, S::SENDER.name())?;
-        let ours = create::<S>(&node, run, contract)?;
+        let ours = create::<S>(&node, run, handshake)?;
         let publisher = ours
             .publisher_builder()
             .max_loaned_samples(1)
@@ -93,7 +93,7 @@ impl<S: Message, R: Message> Link<S, R> {
             .create()
             .map_err(BridgeError::transport("create a subscriber"))?;
         let peer_is_here = || ours.dynamic_config().number_of_subscribers() > 0;
-        if let Some((difference, advice)) = contract.difference(theirs.attributes()) {
+        if let Some((difference, advice)) = handshake.difference(theirs.attributes()) {
             let stay = start.elapsed() + REFUSAL_STAY;
             while !peer_is_here() && pause()? < stay {}
             return Err(BridgeError::Mismatch {
@@ -194,7 +194,7 @@ fn service_name<M: Message>(run: &RunName) -> Result<ServiceName, BridgeError> {
 fn create<M: Message>(
     node: &Node<ipc::Service>,
     run: &RunName,
-    contract: &Contract,
+    handshake: &Handshake,
 ) -> Result<Service<M>, BridgeError> {
     let created = node
         .service_builder(&service_name::<M>(run)?)
@@ -206,7 +206,7 @@ fn create<M: Message>(
         .max_publishers(1)
         .max_subscribers(1)
         .max_nodes(2)
-        .create_with_attributes(&contract.attributes()?);
+        .create_with_attributes(&handshake.attributes()?);
     created.map_err(|error| match error {
         CreateError::AlreadyExists | CreateError::IsBeingCreatedByAnotherInstance => {
             BridgeError::Taken {

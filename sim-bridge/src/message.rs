@@ -1,6 +1,6 @@
 //! What goes through shared memory: one fixed layout each way, the same in both processes.
 //!
-//! iceoryx2 compares size and type name of a payload, not the order of its fields: [`LAYOUT`] covers the rest.
+//! iceoryx2 compares size and type name of a payload, not the order of its fields: [`LAYOUT_HASH`] covers the rest.
 
 use std::fmt::Debug;
 use std::mem::{offset_of, size_of};
@@ -89,7 +89,7 @@ macro_rules! message {
 message! {
     /// What the plant asks of the controller.
     "tpg/observation" ObservationMessage {
-        /// Number of the request, from 1 without a gap.
+        /// Number of the request: 1, 2, 3 and so on.
         seq: u64,
         /// Seed of the agent's random streams; of [`Request::ResetAgent`] and [`Request::ResetEpisode`].
         agent_seed: u64,
@@ -137,7 +137,7 @@ impl Message for ActionMessage {
 }
 
 impl ObservationMessage {
-    /// A message that says nothing yet.
+    /// A message with every field zero.
     #[must_use]
     pub const fn empty() -> Self {
         ObservationMessage {
@@ -152,7 +152,7 @@ impl ObservationMessage {
 }
 
 impl ActionMessage {
-    /// A message that says nothing yet.
+    /// A message with every field zero.
     #[must_use]
     pub const fn empty() -> Self {
         ActionMessage {
@@ -169,12 +169,12 @@ impl ActionMessage {
 }
 
 /// Hash of both messages' layout and of the protocol's version.
-pub const LAYOUT: u64 = ActionMessage::hash(ObservationMessage::hash(hash::number(
+pub const LAYOUT_HASH: u64 = ActionMessage::hash(ObservationMessage::hash(hash::number(
     hash::START,
     PROTOCOL,
 )));
 
-macro_rules! coded {
+macro_rules! code_enum {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $code:literal,)* }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -182,7 +182,7 @@ macro_rules! coded {
         pub enum $name { $($(#[$variant_doc])* $variant = $code,)* }
 
         impl $name {
-            /// The value with this code, if there is one; 0 is none.
+            /// The value with this code, if there is one; no value has the code 0.
             #[must_use]
             pub const fn from_code(code: u32) -> Option<Self> {
                 match code { $($code => Some(Self::$variant),)* _ => None }
@@ -197,7 +197,7 @@ macro_rules! coded {
     };
 }
 
-coded! {
+code_enum! {
     /// What the plant can ask.
     Request {
         /// Begin an agent's evaluation.
@@ -214,7 +214,7 @@ coded! {
     }
 }
 
-coded! {
+code_enum! {
     /// What the controller can answer.
     Response {
         /// A reset or a shutdown is done.
@@ -223,12 +223,12 @@ coded! {
         Discrete = 2,
         /// One value for each output.
         Continuous = 3,
-        /// The request makes no sense here; the controller ends.
+        /// The request is invalid; the controller ends.
         Refused = 4,
     }
 }
 
-coded! {
+code_enum! {
     /// Why the controller refuses a request.
     Refusal {
         /// There is no such kind of request; the detail is the kind.

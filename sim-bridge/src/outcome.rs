@@ -1,9 +1,9 @@
-//! How a plant's run ends: with a report and latencies, or with a status.
+//! The result of a plant's run: its report and latencies.
 
 use std::fmt;
-use std::io::{self, Write as _};
 
-use tpg_tasks::exit_status::{Failure, Status};
+use tpg_tasks::console::{print, print_json};
+use tpg_tasks::exit_status::Failure;
 use tpg_tasks::score::Report;
 
 use crate::error::BridgeError;
@@ -13,7 +13,7 @@ use crate::transport::Losses;
 /// The result of a loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What the episodes came to, as `tpg eval` reports it.
+    /// The result of the episodes, as `tpg eval` reports it.
     pub report: Report,
     /// How long decisions took.
     pub latency: Latency,
@@ -24,12 +24,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Prints the outcome to standard output, as one JSON object or for people.
+    /// Prints the outcome to standard output, as one JSON object or as a table.
     ///
     /// # Errors
     /// Where it cannot be written.
     pub fn print(&self, json: bool) -> Result<(), Failure> {
-        let mut out = io::stdout().lock();
         if json {
             let mut object = serde_json::to_value(&self.report)?;
             object["latency"] = self.latency.to_json();
@@ -39,11 +38,10 @@ impl Outcome {
             if let Some(losses) = self.losses {
                 object["serial"] = losses.to_json();
             }
-            writeln!(out, "{object}")?;
+            print_json(&object)
         } else {
-            writeln!(out, "{self}")?;
+            print(self)
         }
-        Ok(())
     }
 }
 
@@ -56,26 +54,8 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// The status of a command that ends with this error.
-#[must_use]
-pub fn status(error: &BridgeError) -> Status {
-    status_of_code(error.status())
-}
-
 /// The error as a command's failure.
 #[must_use]
 pub fn failure(error: BridgeError) -> Failure {
-    Failure::new(status(&error), error)
-}
-
-/// What the exit status of one of the bridge's programs stands for; a panic's is our fault.
-pub(crate) fn status_of_code(code: u8) -> Status {
-    let known = [
-        Status::Usage,
-        Status::BadInput,
-        Status::Peer,
-        Status::Interrupted,
-    ];
-    let named = known.into_iter().find(|status| *status as u8 == code);
-    named.unwrap_or(Status::OurFault)
+    Failure::new(error.status(), error)
 }

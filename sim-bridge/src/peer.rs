@@ -10,7 +10,7 @@ use iceoryx2::prelude::*;
 use crate::error::BridgeError;
 use crate::message::Role;
 
-/// How long a process that looks dead may take to be gone: one that clears up looks so in the middle of it.
+/// Longest time for which a process that clears up looks dead.
 const CLEARING_UP: Duration = Duration::from_millis(200);
 /// Time between two looks at it.
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
@@ -69,7 +69,7 @@ impl Peer {
         }
     }
 
-    /// Why its port is no longer there; a death is believed only if it lasts.
+    /// Why its port is no longer there; a process counts as dead only if it stays so.
     #[cold]
     pub(crate) fn gone(&self, config: &Config) -> BridgeError {
         let (peer, pid) = (self.role, self.pid);

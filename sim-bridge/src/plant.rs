@@ -1,4 +1,4 @@
-//! The plant's side: a controller that is another process, for the trainer's episode loop.
+//! The plant's side: a controller in another process, as the episode loop of `tpg-tasks` needs it.
 
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -7,8 +7,8 @@ use hdrhistogram::Histogram;
 use tpg_runtime::{Action, Header, Policy, Reset};
 use tpg_tasks::eval::{Controller, Reply};
 
-use crate::contract::Contract;
 use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::link::Link;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
@@ -42,8 +42,8 @@ impl RemoteController {
         run: &RunName,
         timeout: Duration,
     ) -> Result<Self, BridgeError> {
-        let contract = Contract::new(policy, blob)?;
-        let link = Link::connect(run, &contract, timeout)?;
+        let handshake = Handshake::new(policy, blob)?;
+        let link = Link::connect(run, &handshake, timeout)?;
         let controller_pid = Some(link.peer_pid());
         Self::new(policy, Box::new(link), controller_pid)
     }
@@ -108,7 +108,7 @@ impl RemoteController {
         &self.header
     }
 
-    /// From now on drops answers to earlier requests.
+    /// Drops answers to earlier requests from now on.
     pub(crate) const fn run_in_real_time(&mut self) {
         self.real_time = true;
     }
@@ -212,7 +212,7 @@ impl RemoteController {
                 },
                 got: self.reply.detail,
             }),
-            _ => Err(nonsense("kind of reply", self.reply.kind)),
+            _ => Err(invalid("kind of reply", self.reply.kind)),
         }
     }
 
@@ -223,25 +223,25 @@ impl RemoteController {
             self.expect(Response::Discrete)?;
             return match u16::try_from(reply.index) {
                 Ok(index) if index < header.actions => Ok(Action::Discrete(index)),
-                _ => Err(nonsense("index of an action", reply.index)),
+                _ => Err(invalid("index of an action", reply.index)),
             };
         }
         self.expect(Response::Continuous)?;
         let values = reply.values.get(..header.outputs()).unwrap_or_default();
         if reply.len != u32::from(header.actions) {
-            return Err(nonsense("length of an action", reply.len));
+            return Err(invalid("length of an action", reply.len));
         }
         let range = header.action_low..=header.action_high;
         match values.iter().find(|v| !range.contains(v)) {
-            Some(stray) => Err(nonsense("value of an action", stray)),
+            Some(stray) => Err(invalid("value of an action", stray)),
             None => Ok(Action::Continuous(values)),
         }
     }
 }
 
 #[cold]
-fn nonsense(what: &'static str, got: impl fmt::Display) -> BridgeError {
-    BridgeError::Nonsense {
+fn invalid(what: &'static str, got: impl fmt::Display) -> BridgeError {
+    BridgeError::Invalid {
         peer: Role::Controller,
         what,
         got: got.to_string(),

@@ -1,4 +1,4 @@
-//! The plant's side in real time: a clock that waits for nobody.
+//! The plant's side in real time: each step begins at its time, whether or not an answer has come.
 
 use std::thread;
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
 //! Runs: their names, and the folder in which the files of each lie apart from all others.
 //!
-//! Whoever is in a run holds a shared lock in its folder. A folder that nobody holds belongs to processes that
-//! died; the next one to start removes it, with what they left in shared memory.
+//! Each process of a run holds a shared lock in the run's folder. If no process holds it, all of them have died. The
+//! next process to start then removes the folder and what the run left in shared memory.
 
 use std::fmt;
 use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
@@ -15,13 +15,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use crate::error::BridgeError;
 use crate::hash;
 
-/// Where Linux keeps shared memory; elsewhere there is no such folder, and nothing to be done by name.
+/// Where Linux keeps shared memory; on other systems the folder does not exist, and nothing is removed by name.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// File in a run's folder on which the lock is held.
 const LOCK: &str = "alive";
 /// First character of a folder that is being removed; no name of a run begins with it.
 const REMOVED: char = '.';
-/// Somebody who removes a folder is done long before.
+/// Longest wait for another process to finish removing the folder, which takes far less.
 const ENTER_DEADLINE: Duration = Duration::from_secs(2);
 
 /// Name of a run, which both of its processes must be given.
@@ -76,7 +76,7 @@ fn base() -> PathBuf {
     PathBuf::from(format!("/tmp/tpg-bridge-{user}"))
 }
 
-/// A process's place in a run; the last one to leave removes the run's files.
+/// A process's membership of a run; the last process to leave removes the run's files.
 #[derive(Debug)]
 pub(crate) struct Presence {
     run: RunName,
@@ -111,7 +111,7 @@ impl Presence {
 impl Drop for Presence {
     fn drop(&mut self) {
         self.lock = None;
-        // Not the last one, or the next start does it.
+        // If another process is still in the run, or removal fails, a later start does it.
         let _ = remove(&self.run);
     }
 }
@@ -138,9 +138,9 @@ fn hold(folder: &Path) -> io::Result<Option<File>> {
     Ok(same.then_some(file))
 }
 
-/// Removes what runs left behind of which every process is dead.
+/// Removes what dead runs left behind; a run is dead when all its processes are.
 pub fn sweep() {
-    // Nothing to be done about what cannot be removed; the next start tries again.
+    // What cannot be removed now is tried again at the next start.
     let Ok(folders) = fs::read_dir(base()) else {
         return;
     };
@@ -171,7 +171,7 @@ fn remove(run: &RunName) -> io::Result<()> {
             fs::remove_file(file.path())?;
         }
     }
-    // Under another name first: what a newcomer makes under this one meanwhile is not touched.
+    // Renamed first, so that a folder which another process makes under the old name meanwhile is not touched.
     let removed = base().join(format!("{REMOVED}{run}-{}", std::process::id()));
     fs::rename(&folder, &removed)?;
     fs::remove_dir_all(removed)

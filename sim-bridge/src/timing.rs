@@ -25,11 +25,11 @@ pub(crate) fn nanoseconds(time: Duration) -> u64 {
 pub struct Latency {
     /// Number of decisions.
     pub count: u64,
-    /// Half of them took no longer.
+    /// Median, in nanoseconds.
     pub median_ns: u64,
-    /// 99 of 100 took no longer.
+    /// 99th percentile, in nanoseconds.
     pub p99_ns: u64,
-    /// The longest.
+    /// The longest, in nanoseconds.
     pub max_ns: u64,
 }
 
@@ -70,13 +70,13 @@ impl fmt::Display for Latency {
 /// How a loop kept to real time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
-    /// The control period.
+    /// The control period, in microseconds.
     pub period_us: u32,
-    /// How far the time from one action to the next was from the period: half of them no further.
+    /// Median of the jitter: how far the time from one action to the next was from the period, in microseconds.
     pub jitter_median_us: f64,
-    /// The same, 99 of 100 of them no further.
+    /// 99th percentile of the jitter, in microseconds.
     pub jitter_p99_us: f64,
-    /// The same, the furthest.
+    /// The greatest jitter, in microseconds.
     pub jitter_max_us: f64,
     /// What was counted.
     pub counts: Counts,
@@ -93,11 +93,11 @@ pub struct Counts {
     pub misses: u64,
     /// Most misses in a row.
     pub longest_run: u64,
-    /// Steps on the last action again.
+    /// Steps that repeated the last action.
     pub held: u64,
-    /// Steps on the safe action.
+    /// Steps that took the safe action.
     pub safe: u64,
-    /// Times that an answer ended a row of misses which had led to the safe action.
+    /// Rows of misses that had led to the safe action and that an answer ended.
     pub recoveries: u64,
     /// Periods that were over before the plant had an observation to send.
     pub overruns: u64,

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use tpg_runtime::Policy;
-use tpg_tasks::exit_status::{Failure, Fault as _};
-use tpg_tasks::score::print_json;
+use tpg_tasks::console::{print, print_json};
+use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 
 use crate::args::TimeoutArgs;
 use crate::interrupt;
@@ -21,14 +21,13 @@ use crate::serial::{SerialPath, update};
     name = "tpg-update",
     bin_name = "tpg update",
     version,
-    after_help = "Exit status: 0 done, 1 our fault, 2 usage, 3 bad policy, 4 board missing, silent or unwilling, 130 interrupted.\n\n\
-                  Example:\n  tpg update champion.tpg --controller serial:/dev/ttyACM0"
+    after_help = Status::help("Example:\n  tpg update champion.tpg --controller serial:/dev/ttyACM0")
 )]
 pub struct UpdateArgs {
     /// Exported policy.
     #[arg(value_name = "FILE.tpg")]
     file: PathBuf,
-    /// The board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits a second), or of a Unix socket.
+    /// The board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits per second), or of a Unix socket.
     #[arg(long, value_name = "serial:PATH")]
     controller: SerialPath,
     /// How long to wait.
@@ -56,6 +55,5 @@ pub fn run(args: &UpdateArgs) -> Result<(), Failure> {
             "after": { "slot": updated.after.slot, "bytes": updated.after.policy_bytes },
         }));
     }
-    println!("{updated}");
-    Ok(())
+    print(updated)
 }

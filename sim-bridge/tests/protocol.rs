@@ -11,13 +11,13 @@ use tpg_runtime::Policy;
 use tpg_sim_bridge::message::{
     ActionMessage, Message, ObservationMessage, Refusal, Request, Response, Role,
 };
-use tpg_sim_bridge::{BridgeError, Contract, Link, RunName, Server};
+use tpg_sim_bridge::{BridgeError, Handshake, Link, RunName, Server, Status};
 
 /// Longer than any test may take.
 const NEVER: Duration = Duration::from_secs(3600);
 
-fn contract(blob: &[u8]) -> Contract {
-    Contract::new(&Policy::load(blob).unwrap(), blob).unwrap()
+fn handshake(blob: &[u8]) -> Handshake {
+    Handshake::new(&Policy::load(blob).unwrap(), blob).unwrap()
 }
 
 /// A controller that serves until its plant leaves; what ended it.
@@ -34,7 +34,7 @@ type PlantLink = Link<ObservationMessage, ActionMessage>;
 
 /// A plant that says what it likes.
 fn plant(run: &RunName) -> PlantLink {
-    Link::connect(run, &contract(&policy::cartpole(0)), NEVER).unwrap()
+    Link::connect(run, &handshake(&policy::cartpole(0)), NEVER).unwrap()
 }
 
 fn request(seq: u64, kind: u32, len: u32) -> ObservationMessage {
@@ -63,19 +63,19 @@ fn controller_refuses_garbage_and_says_why() {
             request(1, 77, 0),
             Refusal::Kind,
             77,
-            "plant sent nonsense: kind of request is 77",
+            "plant sent an invalid message: kind of request is 77",
         ),
         (
             request(1, observe, 5),
             Refusal::Length,
             5,
-            "plant sent nonsense: length of observation is 5",
+            "plant sent an invalid message: length of observation is 5",
         ),
         (
             request(1, observe, u32::MAX),
             Refusal::Length,
             u32::MAX,
-            "plant sent nonsense: length of observation is 4294967295",
+            "plant sent an invalid message: length of observation is 4294967295",
         ),
         (
             request(3, observe, 4),
@@ -118,7 +118,7 @@ fn controller_tells_that_the_plant_left() {
         drop(plant(&run));
         let error = server.join().unwrap().unwrap_err();
         assert!(matches!(error, BridgeError::Left { .. }), "{error}");
-        assert_eq!(error.status(), 4);
+        assert_eq!(error.status(), Status::Peer);
     });
 }
 
@@ -137,15 +137,15 @@ impl Message for Foreign {
 fn foreign_messages_are_refused() {
     within_watchdog(|| {
         let run = RunName::unique();
-        let contract = contract(&policy::cartpole(0));
-        let (theirs, name) = (contract.clone(), run.clone());
+        let handshake = handshake(&policy::cartpole(0));
+        let (theirs, name) = (handshake.clone(), run.clone());
         let foreign = thread::spawn(move || {
             let short = Duration::from_millis(500);
             Link::<Foreign, ObservationMessage>::connect(&name, &theirs, short).map(drop)
         });
-        let error = PlantLink::connect(&run, &contract, NEVER).unwrap_err();
+        let error = PlantLink::connect(&run, &handshake, NEVER).unwrap_err();
         assert!(matches!(error, BridgeError::Foreign { .. }), "{error}");
-        assert_eq!(error.status(), 4);
+        assert_eq!(error.status(), Status::Peer);
         assert!(foreign.join().unwrap().is_err());
     });
 }
@@ -161,7 +161,7 @@ mod plant_side {
     fn told(blob: Vec<u8>, spoil: impl Fn(&mut ActionMessage) + Send + 'static) -> String {
         within_watchdog(move || {
             let run = RunName::unique();
-            let (name, theirs) = (run.clone(), contract(&blob));
+            let (name, theirs) = (run.clone(), handshake(&blob));
             let controller = thread::spawn(move || {
                 let link =
                     Link::<ActionMessage, ObservationMessage>::connect(&name, &theirs, NEVER)?;
@@ -183,7 +183,7 @@ mod plant_side {
             drop(remote);
             let ended: Result<(), BridgeError> = controller.join().unwrap();
             assert!(ended.is_err());
-            assert_eq!(error.status(), 4);
+            assert_eq!(error.status(), Status::Peer);
             error.to_string()
         })
     }
@@ -202,11 +202,17 @@ mod plant_side {
             "controller is out of step: message 2 was due, message 7 came"
         );
         let text = told(cartpole(), |reply| reply.kind = 99);
-        assert_eq!(text, "controller sent nonsense: kind of reply is 99");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: kind of reply is 99"
+        );
         let text = told(cartpole(), |reply| {
             (reply.kind, reply.index) = (Response::Discrete.code(), 2);
         });
-        assert_eq!(text, "controller sent nonsense: index of an action is 2");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: index of an action is 2"
+        );
         let text = told(cartpole(), |reply| {
             reply.kind = Response::Refused.code();
             (reply.refusal, reply.detail) = (Refusal::Length.code(), 4);
@@ -216,10 +222,19 @@ mod plant_side {
             "{text}"
         );
         let text = told(policy::hopper(), |reply| continuous(reply, 3, f32::NAN));
-        assert_eq!(text, "controller sent nonsense: value of an action is NaN");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: value of an action is NaN"
+        );
         let text = told(policy::hopper(), |reply| continuous(reply, 3, 1.5));
-        assert_eq!(text, "controller sent nonsense: value of an action is 1.5");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: value of an action is 1.5"
+        );
         let text = told(policy::hopper(), |reply| continuous(reply, 600, 0.0));
-        assert_eq!(text, "controller sent nonsense: length of an action is 600");
+        assert_eq!(
+            text,
+            "controller sent an invalid message: length of an action is 600"
+        );
     }
 }

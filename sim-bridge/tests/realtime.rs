@@ -10,7 +10,7 @@ use serde_json::Value;
 use support::{Folder, Process, policy, within_watchdog};
 use tpg_runtime::{Action, Policy, Reset};
 use tpg_sim_bridge::message::{ActionMessage, ObservationMessage, Request, Response};
-use tpg_sim_bridge::{BridgeError, Contract, Link, Paced, RemoteController, RunName};
+use tpg_sim_bridge::{BridgeError, Handshake, Link, Paced, RemoteController, RunName};
 use tpg_tasks::eval::Controller as _;
 
 const HIL: &str = env!("CARGO_BIN_EXE_tpg-hil");
@@ -128,8 +128,8 @@ const LATE: u64 = 5;
 
 /// Answers each observation with its number over 100, one of them only when the next one has come.
 fn answer_one_late(run: &RunName, blob: &[u8]) -> Result<(), BridgeError> {
-    let contract = Contract::new(&Policy::load(blob).expect("valid"), blob)?;
-    let link = Link::<ActionMessage, ObservationMessage>::connect(run, &contract, NEVER)?;
+    let handshake = Handshake::new(&Policy::load(blob).expect("valid"), blob)?;
+    let link = Link::<ActionMessage, ObservationMessage>::connect(run, &handshake, NEVER)?;
     loop {
         let request = link.receive()?;
         let mut reply = ActionMessage::empty();
@@ -196,8 +196,8 @@ fn late_answer_is_dropped_and_the_last_action_held() {
 
 /// Answers the first observation of each episode, by index 1, and no other.
 fn answer_once(run: &RunName, blob: &[u8]) -> Result<(), BridgeError> {
-    let contract = Contract::new(&Policy::load(blob).expect("valid"), blob)?;
-    let link = Link::<ActionMessage, ObservationMessage>::connect(run, &contract, NEVER)?;
+    let handshake = Handshake::new(&Policy::load(blob).expect("valid"), blob)?;
+    let link = Link::<ActionMessage, ObservationMessage>::connect(run, &handshake, NEVER)?;
     let mut first = false;
     loop {
         let request = link.receive()?;

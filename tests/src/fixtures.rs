@@ -8,7 +8,7 @@ use tpg_tasks::task::{self, ActionSpace};
 use tpg_trainer::evolve::{
     Action, ActionPrograms, Instruction, Population, Program, Shape, Source, Team, TeamId,
 };
-use tpg_trainer::lower::{Contract, Mode, lower};
+use tpg_trainer::lower::{Mode, PolicySpec, lower};
 
 /// A chain of three teams; the last writes its team's memory and reads it in every decision.
 ///
@@ -32,7 +32,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
         actions: spec.actions,
         action_programs: ActionPrograms::Winner,
     };
-    let contract = Contract {
+    let policy_spec = PolicySpec {
         task: spec.name.clone(),
         observability: "blackout:1/3".into(),
         labels: channels
@@ -51,7 +51,15 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
     let last = add_team(&mut population, &shape, 3, None);
     let middle = add_team(&mut population, &shape, 2, Some(last));
     let root = add_team(&mut population, &shape, 1, Some(middle));
-    lower(&population, root, &contract, [1; 16], None, Mode::Compact).expect("small enough")
+    lower(
+        &population,
+        root,
+        &policy_spec,
+        [1; 16],
+        None,
+        Mode::Compact,
+    )
+    .expect("small enough")
 }
 
 /// A team of two atomic programs and, if it leads on, one that mostly outbids them.

@@ -2,12 +2,12 @@
 
 use tpg_board::trial::Generator;
 use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope};
-use tpg_runtime::frontend::Blank;
+use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::{Destination, Group, Op, Operand};
 use tpg_runtime::tables::{Instruction, Section, Target, TeamId};
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
-use crate::perception::front_end;
+use crate::front_end::front_end;
 
 /// Number of policies that [`all`] makes.
 pub const COUNT: u64 = 24;
@@ -85,22 +85,22 @@ fn graph(number: u64) -> Vec<u8> {
         draft.cells = vec![0, 9, 378, 391, 392, 399, 400, 404, 411, 799];
     }
     if (COUNT..COUNT + PERCEIVING).contains(&number) {
-        let (blank, degree) = [
-            (Blank::Believe, 1),
-            (Blank::Believe, 2),
-            (Blank::Believe, 3),
-            (Blank::Zero, 0),
-            (Blank::Believe, 3),
-            (Blank::Believe, 1),
-            (Blank::Hold, 0),
-            (Blank::Believe, 2),
+        let (fallback, degree) = [
+            (Fallback::Model, 1),
+            (Fallback::Model, 2),
+            (Fallback::Model, 3),
+            (Fallback::Zero, 0),
+            (Fallback::Model, 3),
+            (Fallback::Model, 1),
+            (Fallback::Hold, 0),
+            (Fallback::Model, 2),
         ][(number - COUNT) as usize];
-        let columns: &[u16] = match blank {
-            Blank::Believe if degree < 3 => &[0, 1, 2, 3, 4, 5, 6],
-            Blank::Believe => &[1, 3, 6],
-            Blank::Zero | Blank::Hold => &[],
+        let columns: &[u16] = match fallback {
+            Fallback::Model if degree < 3 => &[0, 1, 2, 3, 4, 5, 6],
+            Fallback::Model => &[1, 3, 6],
+            _ => &[],
         };
-        draft.front_end = front_end(&mut draft.header, blank, degree, columns, || {
+        draft.front_end = front_end(&mut draft.header, fallback, degree, columns, || {
             draw.below(2001) as f32 / 4000.0 - 0.25
         });
     }

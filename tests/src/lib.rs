@@ -1,13 +1,13 @@
 //! Helpers of the tests that span the crates.
 
-pub mod draft;
 pub mod firmware;
 pub mod fixtures;
+pub mod front_end;
 pub mod golden;
 pub mod graphs;
 pub mod ops;
-pub mod perception;
 pub mod process;
 pub mod random;
 pub mod samples;
-pub mod shapes;
+
+pub use tpg_test_policies::{draft, shapes};

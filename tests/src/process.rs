@@ -30,7 +30,8 @@ pub fn command_path(name: &str) -> PathBuf {
             .expect("a profile's folder")
             .to_owned();
         let mut build = Command::new(env!("CARGO"));
-        build.args(["build", "--quiet", "--workspace", "--bins"]);
+        // `--examples` counts the features of dev-dependencies, as `cargo test` does: what it compiled is used again.
+        build.args(["build", "--quiet", "--workspace", "--bins", "--examples"]);
         build.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
         if folder.ends_with("release") {
             build.arg("--release");

@@ -3,7 +3,7 @@
 use tpg_runtime::blob::{
     ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
 };
-use tpg_runtime::frontend::Blank;
+use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::{Destination, Group, INDEXED_CELLS, Op, Operand};
 use tpg_runtime::rng::mix64;
 use tpg_runtime::tables::{Instruction, Section, Target, Team, TeamId};
@@ -11,7 +11,7 @@ use tpg_runtime::tables::{Instruction, Section, Target, Team, TeamId};
 use tpg_runtime::Header;
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction};
-use crate::perception::front_end;
+use crate::front_end::front_end;
 
 /// Draws from a seed, the same everywhere.
 #[derive(Debug, Clone)]
@@ -86,14 +86,19 @@ pub fn perceiving_policy(seed: u64) -> Draft {
         let mut columns: Vec<u16> = (0..header.observation_len)
             .filter(|_| dice.below(3) > 0)
             .collect();
-        let blank = dice.pick(&[Blank::Zero, Blank::Hold, Blank::Believe, Blank::Believe]);
-        if blank != Blank::Believe {
+        let fallback = dice.pick(&[
+            Fallback::Zero,
+            Fallback::Hold,
+            Fallback::Model,
+            Fallback::Model,
+        ]);
+        if fallback != Fallback::Model {
             columns.clear();
         } else if columns.is_empty() {
             columns.push(0);
         }
         let degree = columns.first().map_or(0, |_| dice.within(1, 3) as u8);
-        front_end(header, blank, degree, &columns, || dice.number())
+        front_end(header, fallback, degree, &columns, || dice.number())
     })
 }
 
@@ -150,7 +155,7 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
     header.actions = match header.action_kind {
         ActionKind::Discrete => dice.within(1, 4) as u16,
         ActionKind::Continuous => dice.within(1, usize::from(width)) as u16,
-        ActionKind::Each => dice.within(2, usize::from(width)) as u16,
+        _ => dice.within(2, usize::from(width)) as u16,
     };
     header.action_low = -1.5;
     let front_end = perceive(dice, &mut header);
@@ -179,13 +184,13 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
             (ActionKind::Discrete, true) => {
                 Target::Atomic(dice.below(usize::from(header.actions)) as u16)
             }
-            (ActionKind::Continuous, true) => Target::Atomic(0),
             // The first programs see to it that every output has one.
             (ActionKind::Each, _) if number < usize::from(header.actions) => {
                 Target::Atomic(number as u16)
             }
             (ActionKind::Each, _) => Target::Atomic(dice.below(usize::from(header.actions)) as u16),
             (_, false) => Target::Team(TeamId(dice.below(teams) as u16)),
+            (_, true) => Target::Atomic(0),
         };
         let [s, v, m] = registers.map(usize::from);
         let width = usize::from(width);
@@ -249,7 +254,7 @@ fn is_allowed(draft: &Draft, op: Op) -> bool {
         Group::TeamMemory | Group::WholeReads => header.memory_model == MemoryModel::Team,
         Group::Classic if op == Op::MemWrite => header.memory_model == MemoryModel::Indexed,
         Group::Classic if op == Op::MemRead => !draft.cells.is_empty(),
-        Group::Scalar | Group::Vector | Group::Matrix | Group::Classic => true,
+        _ => true,
     }
 }
 
@@ -309,10 +314,8 @@ fn fill_memory(dice: &mut Dice, draft: &mut Draft) {
             }
             let section = dice.pick(&Section::ALL);
             team.slots[section as usize] |= 1 << dice.below(8);
-            let record = Team {
-                slots: team.slots,
-                ..Team::default()
-            };
+            let mut record = Team::default();
+            record.slots = team.slots;
             team.constants = (0..record.memory_words(width))
                 .map(|_| dice.number())
                 .collect();

@@ -1,12 +1,12 @@
 //! Varied policies in which every operation occurs, for tests of the format.
 
 use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode};
-use tpg_runtime::frontend::Blank;
+use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::{Destination, Group, Op, Operand};
 use tpg_runtime::tables::{Instruction, Section, Target, TeamId};
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
-use crate::perception::front_end;
+use crate::front_end::front_end;
 
 /// The samples: name and policy.
 #[must_use]
@@ -24,7 +24,7 @@ pub fn all() -> Vec<(&'static str, Draft)> {
 #[must_use]
 pub fn perceiving() -> Vec<(&'static str, Draft)> {
     let (groups, stateless) = ([Group::Scalar, Group::Vector], RegisterMode::Stateless);
-    let sample = |blank_to: Blank, degree: u8, columns: &[u16], continuous: bool| {
+    let sample = |fallback: Fallback, degree: u8, columns: &[u16], continuous: bool| {
         let mut draft = blank(3, 4, &groups);
         draft.header.register_mode = stateless;
         if continuous {
@@ -32,7 +32,7 @@ pub fn perceiving() -> Vec<(&'static str, Draft)> {
         }
         let mut values = constants(200).into_iter().map(|x| x / 8.0).cycle();
         let mut next = || values.next().unwrap_or(0.0);
-        draft.front_end = front_end(&mut draft.header, blank_to, degree, columns, &mut next);
+        draft.front_end = front_end(&mut draft.header, fallback, degree, columns, &mut next);
         add_programs(&mut draft, [3, 3, 0], &groups);
         for number in 0..draft.programs.len() {
             if continuous {
@@ -45,10 +45,10 @@ pub fn perceiving() -> Vec<(&'static str, Draft)> {
         draft
     };
     vec![
-        ("standardised", sample(Blank::Zero, 0, &[], false)),
-        ("held", sample(Blank::Hold, 0, &[], true)),
-        ("believed", sample(Blank::Believe, 1, &[0, 1, 2, 3], true)),
-        ("believed-cubic", sample(Blank::Believe, 3, &[0, 2], false)),
+        ("standardised", sample(Fallback::Zero, 0, &[], false)),
+        ("held", sample(Fallback::Hold, 0, &[], true)),
+        ("believed", sample(Fallback::Model, 1, &[0, 1, 2, 3], true)),
+        ("believed-cubic", sample(Fallback::Model, 3, &[0, 2], false)),
     ]
 }
 

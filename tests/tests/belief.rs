@@ -1,6 +1,6 @@
 //! What a run learned of a task stands in for what its policies do not see.
 
-use tpg_runtime::frontend::Blank;
+use tpg_runtime::front_end::Fallback;
 use tpg_runtime::{HostAgent, Policy, Reset, math};
 use tpg_tasks::task::{self, Rng};
 use tpg_tests::process::{text, tpg_ok};
@@ -29,7 +29,11 @@ fn errors(task_name: &str, preset: &str, columns: &str, degree: &str) -> (f64, f
     let bytes = std::fs::read(folder.path().join("champion.tpg")).expect("a champion");
     let policy = Policy::load(&bytes).expect("valid");
     let front_end = policy.front_end().expect("a front end");
-    assert_eq!(front_end.blank, Blank::Believe, "the champion has no model");
+    assert_eq!(
+        front_end.fallback,
+        Fallback::Model,
+        "the champion has no model"
+    );
     let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
     let mut task = task::create(task_name).expect("a native task");
     let inputs = task.spec().inputs.len();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use tpg_tests::fixtures::three_teams;
-use tpg_tests::process::{finish, start, stderr, text, tpg, tpg_json};
+use tpg_tests::process::{command_path, finish, start, stderr, text, tpg, tpg_json, tpg_ok};
 
 /// Runs a command that must fail with this status and say all of this.
 fn assert_fails(arguments: &[&str], status: i32, words: &[&str]) {
@@ -60,11 +60,13 @@ fn usage_errors_end_with_2_and_say_what_to_do() {
     );
     assert_fails(&set("policy.width=40"), 2, &["policy.width", "32"]);
     assert_fails(&set("observability=[\"blackout:3/2\"]"), 2, &["3/2"]);
-    assert_fails(
-        &["train", "cartpole-sr", "--out", out, "--minutes", "0"],
-        2,
-        &["positive"],
-    );
+    for budget in ["--generations", "--steps", "--minutes"] {
+        assert_fails(
+            &["train", "cartpole-sr", "--out", out, budget, "0"],
+            2,
+            &[budget],
+        );
+    }
     assert!(
         !folder.path().join("run").exists(),
         "a failed command left something behind"
@@ -267,4 +269,45 @@ fn an_interrupt_finishes_the_generation_and_checkpoints() {
         .lines()
         .count();
     assert_eq!(after, rows + 4, "every generation once");
+}
+
+/// The command that training shows in the end is complete, and a shell reads its words back.
+#[cfg(all(unix, feature = "mujoco"))]
+#[test]
+fn the_command_that_training_shows_can_be_pasted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let robot = folder.path().join("my robot");
+    std::fs::create_dir(&robot).expect("made");
+    let crane = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples/crane");
+    for file in ["crane.toml", "crane.xml"] {
+        std::fs::copy(crane.join(file), robot.join(file)).expect("copied");
+    }
+    let (task, out) = (robot.join("crane.toml"), folder.path().join("it's out"));
+    let output = tpg_ok(&[
+        "train",
+        "sr-sm",
+        "--task",
+        text(&task),
+        "--generations",
+        "1",
+        "--set",
+        "evolution.population=10",
+        "--out",
+        text(&out),
+    ]);
+    let message = stderr(&output);
+    let (_, command) = message.split_once("lower: ").expect("a command");
+    let programs = command_path("tpg");
+    let programs = programs.parent().expect("a folder").to_owned();
+    let pasted = std::process::Command::new("/bin/sh")
+        .args(["-c", &format!("{} --episodes 1", command.trim_end())])
+        .env("PATH", programs)
+        .output()
+        .expect("a shell");
+    assert_eq!(
+        pasted.status.code(),
+        Some(0),
+        "{command}: {}",
+        stderr(&pasted)
+    );
 }

@@ -212,7 +212,8 @@ fn a_description_without_a_needed_part_is_refused() {
 /// MuJoCo compiles such a model, and every step of it fails.
 #[test]
 fn a_model_with_numbers_that_are_none_is_refused() {
-    let refused = |from, to, words: &[&str]| assert_refused("crane.xml", from, to, words);
+    let refused =
+        |from: &str, to: &str, words: &[&str]| assert_refused("crane.xml", from, to, words);
     let step = "timestep=\"0.002\"";
     refused(step, "timestep=\"0\"", &["crane.xml", "timestep"]);
     refused(step, "timestep=\"-0.002\"", &["crane.xml", "timestep"]);
@@ -267,7 +268,8 @@ fn a_fatal_error_of_mujoco_ends_with_its_own_status() {
 
 #[test]
 fn mistakes_in_the_model_are_named() {
-    let refused = |from, to, words: &[&str]| assert_refused("crane.xml", from, to, words);
+    let refused =
+        |from: &str, to: &str, words: &[&str]| assert_refused("crane.xml", from, to, words);
     refused(
         "<joint name=\"swing\"",
         "<jont name=\"swing\"",

@@ -113,7 +113,7 @@ fn what_was_learned_is_perceived_in_the_loop() {
         let front_end = policy.front_end().expect("a front end");
         let scale = f32::from_le_bytes(front_end.scales[0]);
         // The champion may be of the first generation, which has seen nothing yet.
-        println!("{preset}: {:?}, scale {scale}", front_end.blank);
+        println!("{preset}: {:?}, scale {scale}", front_end.fallback);
         assert_loop_equals_eval(&file, "6", &["loss:1/10", "action:delay:1"]);
         let trace = folder.path().join("trace");
         let (trace, file) = (text(&trace), text(&file));

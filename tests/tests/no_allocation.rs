@@ -6,8 +6,8 @@ use std::cell::Cell;
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 use tpg_tasks::eval::Arena;
 use tpg_tasks::task::{ActionSpace, Rng, Task, create, names};
-use tpg_trainer::config::{Blueprint, Preset, resolve};
-use tpg_trainer::frontend::{Moments, Recorded, Recorder};
+use tpg_trainer::config::{Preset, Settings, resolve};
+use tpg_trainer::front_end::{Moments, Recorded, Recorder};
 use tpg_trainer::session::Session;
 
 thread_local! {
@@ -73,7 +73,7 @@ fn no_episode_of_an_agent_allocates() {
         let preset = Preset::find(name).expect("a preset");
         let sets = ["evolution.population=12", "evaluation.episodes=1"].map(str::to_owned);
         let config = resolve(&preset, None, &sets).expect("known keys");
-        let blueprint = Blueprint::new(&config).expect("a sound configuration");
+        let settings = Settings::new(&config).expect("a sound configuration");
         let mut session = Session::new(config, 3).expect("the same");
         let mut pool = session.pool(1).expect("the task");
         session
@@ -82,7 +82,7 @@ fn no_episode_of_an_agent_allocates() {
         let blob = session.export_champion().expect("a champion");
         let policy = Policy::load(&blob).expect("a sound policy");
         let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
-        let mut arena = blueprint.arena().expect("the task");
+        let mut arena = settings.arena().expect("the task");
         let mut allocations = |controller: &mut dyn FnMut(&mut Arena, u64)| {
             controller(&mut arena, 1);
             let before = ALLOCATIONS.get();
@@ -93,7 +93,7 @@ fn no_episode_of_an_agent_allocates() {
             (arena.episode(&mut *agent, Reset::Episode, seed)).expect("the right observation");
         });
         assert_eq!(plain, 0, "{name}");
-        let spec = blueprint.arena().expect("the task").task().spec().clone();
+        let spec = settings.arena().expect("the task").task().spec().clone();
         let inputs = usize::from(policy.header().observation_len);
         let mut recorder = Recorder::new(inputs, spec.actions, spec.max_steps);
         let mut recorded = Recorded {

@@ -57,6 +57,7 @@ fn register_arithmetic_has_one_place() {
         "runtime/tools",
         "trainer",
         "sim-bridge",
+        "tests/policies",
         "tests/src",
         "firmware-examples",
     ] {
@@ -198,7 +199,7 @@ fn planted_faults_are_found() {
             "fn f(x: f64) -> f64 { libm::sin(x) }",
         ),
         (
-            "trainer/src/frontend/x.rs",
+            "trainer/src/front_end/x.rs",
             "fn f(x: f64) -> f64 { libm::exp(x) }",
         ),
         (

@@ -3,7 +3,7 @@
 use tpg_runtime::blob::RegisterMode;
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::{ProgramId, Section, Target, TeamId};
-use tpg_runtime::trace::{Observer, Place};
+use tpg_runtime::trace::{MemoryAddress, Observer};
 use tpg_runtime::{Policy, Reset};
 use tpg_tests::draft::{
     Draft, DraftProgram, DraftTeam, TestAgent, header, instruction, make_stateful,
@@ -17,8 +17,8 @@ enum Event {
     Enter(u16),
     Skip(u16),
     Run(u16, u16),
-    Read(Place),
-    Write(Place),
+    Read(MemoryAddress),
+    Write(MemoryAddress),
     Bid(u16, f32),
     Choose(u16, Target),
 }
@@ -39,11 +39,11 @@ impl Observer for Log {
         self.0.push(Event::Run(program, instructions));
     }
 
-    fn read(&mut self, place: Place) {
+    fn read(&mut self, place: MemoryAddress) {
         self.0.push(Event::Read(place));
     }
 
-    fn write(&mut self, place: Place) {
+    fn write(&mut self, place: MemoryAddress) {
         self.0.push(Event::Write(place));
     }
 
@@ -103,7 +103,10 @@ fn events_come_in_the_order_in_which_things_happen() {
         _ => None,
     });
     let written = written.expect("a write");
-    assert!(matches!(written, Place::Slot(Section::Scalar, 0..=7)));
+    assert!(matches!(
+        written,
+        MemoryAddress::Slot(Section::Scalar, 0..=7)
+    ));
     let mut expected = vec![
         Event::Enter(0),
         Event::Run(0, 0),
@@ -116,7 +119,7 @@ fn events_come_in_the_order_in_which_things_happen() {
         Event::Bid(1, 1.0),
         Event::Run(2, 9),
     ];
-    expected.extend((0..8).map(|slot| Event::Read(Place::Slot(Section::Scalar, slot))));
+    expected.extend((0..8).map(|slot| Event::Read(MemoryAddress::Slot(Section::Scalar, slot))));
     expected.extend([
         Event::Write(written),
         Event::Bid(2, 0.5),
@@ -139,8 +142,11 @@ fn indexed_memory_is_told_by_cell() {
             .decide_traced(&observation, &mut log)
             .expect("the right length");
     }
-    assert!(log.0.contains(&Event::Read(Place::Cell(draft.cells[3]))));
-    let written = |cell: u16| log.0.contains(&Event::Write(Place::Cell(cell)));
+    assert!(
+        log.0
+            .contains(&Event::Read(MemoryAddress::Cell(draft.cells[3])))
+    );
+    let written = |cell: u16| log.0.contains(&Event::Write(MemoryAddress::Cell(cell)));
     assert!(written(392) && written(400), "the middle rows are written");
     assert!(!written(393), "cells that are not kept are not");
 }

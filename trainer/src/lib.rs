@@ -1,9 +1,13 @@
 //! Evolves Tangled Program Graphs.
+pub mod columns;
 pub mod config;
-mod defaults;
 pub mod evolve;
-pub mod frontend;
+pub mod files;
+pub mod front_end;
+mod keys;
 pub mod lower;
+pub mod made_with;
+pub mod monitor;
 pub mod pool;
 pub mod run_folder;
 pub mod session;

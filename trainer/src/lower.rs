@@ -1,29 +1,20 @@
-//! Genome to the runtime's tables: drops what cannot matter, renumbers the rest, and never interprets.
+//! Turns a genome into the runtime's tables. Drops what cannot influence an action, renumbers the rest, and never executes it.
 //!
-//! All modes decide alike, bit for bit. [`Mode::Compact`] is what is scored and exported; [`Mode::Whole`]
-//! keeps everything as evolved, [`Mode::Counting`] as much of it as the thesis's counts of executed instructions and
-//! memory accesses need.
+//! Policies decide alike in all modes, bit for bit. [`Mode::Compact`] is what is scored and exported. [`Mode::Whole`] keeps
+//! everything as evolved. [`Mode::Counting`] keeps what the thesis's counts of executed instructions and memory accesses need.
 
 mod constants;
-mod contract;
 mod emit;
+mod error;
 mod liveness;
+mod mode;
+mod policy_spec;
 
 pub use constants::{ConstantSite, Owner, constant_sites, with_constants};
-pub use contract::Contract;
-pub use emit::{LowerError, lower};
-
-/// How much of a genome reaches the tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
-    /// Everything that the root can reach, as evolved.
-    Whole,
-    /// Every instruction, slot and cell as evolved, but only registers that matter or that an instruction names: executes
-    /// and accesses what [`Mode::Whole`] does, in so much less room that wide policies of many programs fit the format.
-    Counting,
-    /// Only instructions, registers, slots and cells that can influence an action.
-    Compact,
-}
+pub use emit::lower;
+pub use error::LowerError;
+pub use mode::Mode;
+pub use policy_spec::PolicySpec;
 
 #[cfg(test)]
 mod tests {
@@ -105,14 +96,14 @@ mod tests {
         ]
     }
 
-    fn contract(case: &Case, shape: Shape) -> Contract {
+    fn policy_spec(case: &Case, shape: Shape) -> PolicySpec {
         let labels = usize::from(shape.inputs)
             + match shape.actions {
                 ActionSpace::Discrete(_) => 0,
                 ActionSpace::Continuous { len, .. } => usize::from(len),
             };
         let stateful = case.mode == RegisterMode::Stateful;
-        Contract {
+        PolicySpec {
             task: "none-v0".into(),
             observability: "none".into(),
             labels: "x\t1\n".repeat(labels),
@@ -189,7 +180,7 @@ mod tests {
             reset_rules: false,
         };
         let params = crate::evolve::tests::params();
-        let contract = contract(case, shape);
+        let policy_spec = policy_spec(case, shape);
         let mut population = Population::random(&genes, &params, &mut rng);
         let mut scores: Vec<(TeamId, f64)> = population.roots.iter().map(|r| (*r, 0.0)).collect();
         for _ in 0..generations {
@@ -214,7 +205,7 @@ mod tests {
         for root in &population.roots {
             let modes = [Mode::Whole, Mode::Counting, Mode::Compact];
             let [whole, counting, compact] = modes.map(|mode| {
-                lower(&population, *root, &contract, [0; 16], None, mode).expect("small enough")
+                lower(&population, *root, &policy_spec, [0; 16], None, mode).expect("small enough")
             });
             let (evolved, teams, more) = decisions(&whole, &observations);
             let (exported, _, fewer) = decisions(&compact, &observations);

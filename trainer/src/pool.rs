@@ -1,14 +1,15 @@
 //! Scoring many policies at once, the same for any number of threads.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use tpg_runtime::{CapacityError, HostAgent, Policy, Reset};
+use tpg_runtime::{HostAgent, Policy, Reset};
 
 use tpg_tasks::eval::{Arena, Conditions, Episode};
 
-use crate::frontend::{Recorded, Recorder, Recording};
+use crate::front_end::{Recorded, Recorder, Recording};
+use crate::monitor::{EndedEarly, Monitor, Stoppable, Stopped};
 
 /// How far a policy's evaluation can be split among threads without changing it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +29,7 @@ pub struct Pool {
     arenas: Vec<RecordingArena>,
     spent: Spent,
     recordings: Vec<Recording>,
+    monitor: Arc<Monitor>,
 }
 
 /// Time that threads spent, summed over them.
@@ -88,7 +90,20 @@ impl Pool {
             arenas: arenas.collect(),
             spent: Spent::default(),
             recordings: Vec::new(),
+            monitor: Arc::default(),
         }
+    }
+
+    /// The same, watched and stopped through this monitor.
+    #[must_use]
+    pub fn with_monitor(self, monitor: Arc<Monitor>) -> Self {
+        Pool { monitor, ..self }
+    }
+
+    /// Through which others see how far scoring is, and stop it.
+    #[must_use]
+    pub fn monitor(&self) -> &Arc<Monitor> {
+        &self.monitor
     }
 
     /// What was recorded since the last call, in the order of policies and episodes.
@@ -105,16 +120,23 @@ impl Pool {
     /// Runs every policy on every seed; the result holds each policy's episodes in order.
     ///
     /// A policy without bytes, or one that is not sound or too large for a host's agent, comes back as `None`.
-    pub fn score(&mut self, batch: &Batch<'_>) -> Vec<Option<Vec<Episode>>> {
+    ///
+    /// # Errors
+    /// [`Stopped`], soon after the pool's monitor was stopped.
+    pub fn score(&mut self, batch: &Batch<'_>) -> Result<Vec<Option<Vec<Episode>>>, Stopped> {
         let jobs = jobs(batch, self.arenas.len());
         let next = AtomicUsize::new(0);
         let blobs: Vec<OnceLock<Option<Vec<u8>>>> = vec![OnceLock::new(); batch.expected.len()];
         let started = Instant::now();
+        let monitor = &*self.monitor;
         let work = |arena: &mut RecordingArena| {
             let mut worker = Worker::default();
             let mut done = Vec::new();
             while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-                done.push((job, worker.score(job, &blobs, batch, arena)));
+                if monitor.stopped() {
+                    break;
+                }
+                done.push((job, worker.score(job, &blobs, batch, arena, monitor)));
             }
             (done, worker.spent, started.elapsed())
         };
@@ -143,6 +165,9 @@ impl Pool {
             self.spent.episodes += spent.episodes;
             parts.extend(done);
         }
+        if self.monitor.stopped() {
+            return Err(Stopped);
+        }
         parts.sort_unstable_by_key(|(job, _)| (job.policy, job.first_episode));
         let mut scored = vec![Some(Vec::new()); batch.expected.len()];
         for (job, ran) in parts {
@@ -156,29 +181,37 @@ impl Pool {
                 _ => *place = None,
             }
         }
-        scored
+        Ok(scored)
     }
 
-    /// Runs one policy on every seed, in order, and returns the shared memory that it leaves too.
+    /// Runs one policy on every seed, in order, and returns the shared memory that it leaves too; `None` if the policy is too
+    /// large for a host's agent.
     ///
     /// # Errors
-    /// [`CapacityError`] if the policy is too large for a host's agent.
+    /// [`Stopped`], soon after the pool's monitor was stopped.
     pub fn score_alone(
         &mut self,
         policy: Policy<'_>,
         episode_seeds: &[u64],
         conditions: Conditions,
         record: bool,
-    ) -> Result<Alone, CapacityError> {
-        let mut agent = Box::new(HostAgent::new(policy)?);
+    ) -> Result<Option<Alone>, Stopped> {
+        let Ok(agent) = HostAgent::new(policy) else {
+            return Ok(None);
+        };
+        let mut agent = Box::new(agent);
+        let monitor = &*self.monitor;
         let arena = self.arenas.first_mut();
         let ran = timed(&mut self.spent.episodes, || {
             arena.map_or_else(Ran::default, |arena| {
-                arena.run(&mut agent, episode_seeds, conditions, record)
+                arena.run(&mut agent, episode_seeds, conditions, record, monitor)
             })
         });
+        if self.monitor.stopped() {
+            return Err(Stopped);
+        }
         self.recordings.extend(ran.recordings);
-        Ok((ran.episodes, agent.memory().to_vec()))
+        Ok(Some((ran.episodes, agent.memory().to_vec())))
     }
 }
 
@@ -225,6 +258,7 @@ impl<'b> Worker<'b> {
         blobs: &'b [OnceLock<Option<Vec<u8>>>],
         batch: &Batch<'_>,
         arena: &mut RecordingArena,
+        monitor: &Monitor,
     ) -> Option<Ran> {
         if self.loaded != Some(job.policy) {
             self.loaded = None;
@@ -248,7 +282,7 @@ impl<'b> Worker<'b> {
         let seeds = &batch.episode_seeds[first..][..job.episodes];
         let spent = &mut self.spent.episodes;
         Some(timed(spent, || {
-            arena.run(agent, seeds, batch.conditions, batch.record)
+            arena.run(agent, seeds, batch.conditions, batch.record, monitor)
         }))
     }
 }
@@ -275,6 +309,7 @@ impl RecordingArena {
         episode_seeds: &[u64],
         conditions: Conditions,
         record: bool,
+        monitor: &Monitor,
     ) -> Ran {
         let RecordingArena { arena, recorder } = self;
         arena.impose(conditions);
@@ -282,6 +317,7 @@ impl RecordingArena {
         ran.episodes.reserve_exact(episode_seeds.len());
         for (k, seed) in episode_seeds.iter().enumerate() {
             let what = if k == 0 { Reset::Agent } else { Reset::Episode };
+            let inner = &mut *agent;
             let episode = if record {
                 let recorder = recorder.get_or_insert_with(|| {
                     let spec = arena.task().spec();
@@ -291,17 +327,24 @@ impl RecordingArena {
                         spec.max_steps,
                     )
                 });
-                let inner = &mut *agent;
-                let mut recorded = Recorded { inner, recorder };
-                let episode = arena.episode(&mut recorded, what, *seed);
-                ran.recordings
-                    .extend(episode.is_ok().then(|| recorder.finish()));
+                let inner = Recorded { inner, recorder };
+                let mut stoppable = Stoppable { inner, monitor };
+                let episode = arena.episode(&mut stoppable, what, *seed);
+                let recording = episode.is_ok().then(|| stoppable.inner.recorder.finish());
+                ran.recordings.extend(recording);
                 episode
             } else {
-                arena.episode(agent, what, *seed)
+                arena.episode(&mut Stoppable { inner, monitor }, what, *seed)
             };
-            // The policy was lowered for this arena, so its observations have the right length.
-            ran.episodes.extend(episode.ok());
+            match episode {
+                Ok(episode) => {
+                    monitor.count(episode.steps);
+                    ran.episodes.push(episode);
+                }
+                // The policy was lowered for this arena, so its observations have the right length.
+                Err(EndedEarly::Unfit) => {}
+                Err(EndedEarly::Stopped) => break,
+            }
         }
         ran
     }
@@ -356,6 +399,6 @@ mod tests {
             conditions: Conditions::default(),
             record: false,
         };
-        assert_eq!(pool.score(&batch), vec![None; 40]);
+        assert_eq!(pool.score(&batch), Ok(vec![None; 40]));
     }
 }

@@ -1,4 +1,4 @@
-//! The folder of a run: it explains itself, and no crash leaves it half-written.
+//! The folder of a run. It explains itself, and no crash leaves it half-written.
 //!
 //! | file | what it holds |
 //! |---|---|
@@ -8,209 +8,318 @@
 //! | `config.toml` | the resolved configuration |
 //! | `run.toml` | preset, seed, budget, command and versions |
 //! | `checkpoint` | everything that `--resume` needs |
+//! | `lock` | held by the process that trains, with its number in it |
+//!
+//! A power cut leaves the last checkpoint with everything that belongs to it: log and champions reach the disk before the
+//! checkpoint that counts them. What comes after is made again by a resume, byte for byte.
 
-use std::fs::{self, File, OpenOptions};
+mod error;
+mod lock;
+mod log;
+
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use tpg_tasks::exit_status::{HasStatus, Status};
+use crate::config::{Config, differences};
+use crate::files;
+use crate::made_with::MadeWith;
+use crate::session::{self, Budget, Checkpoint, GenerationReport, Session, Snapshot, TaskFile};
 
-use crate::session::{
-    self, Budget, CheckpointError, GenerationReport, LOG_COLUMNS, Session, SessionError, Snapshot,
-};
+pub use error::RunFolderError;
+use error::{malformed, read, unwritable};
+use lock::Lock;
+use log::Log;
 
-/// A checkpoint is written at the end, and in between not more often than this, beside the training that goes on.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
+/// The form of the folder; raised when its files change their meaning.
+const FORMAT: u32 = 2;
 
-/// Why the folder of a run could not be made, read or written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RunFolderError {
-    /// There is a run in it.
-    #[error(
-        "{0} holds a run already; go on with it by `tpg train --resume {0}`, or choose another folder"
-    )]
-    HoldsRun(String),
-    /// A file or folder of the run cannot be written.
-    #[error("cannot write {path}")]
-    Write {
-        /// Which one.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A file of the run cannot be read.
-    #[error("cannot read {path}")]
-    Read {
-        /// Which one.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A file of the run is not what it should be.
-    #[error("cannot use {path}: {why}")]
-    Malformed {
-        /// Which one.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// There is no checkpoint to go on from.
-    #[error("cannot resume {path}")]
-    Resume {
-        /// The folder.
-        path: PathBuf,
-        /// What is wrong with its checkpoint.
-        source: CheckpointError,
-    },
-    /// The next checkpoint cannot be written.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// The run cannot go on.
-    #[error(transparent)]
-    Session(#[from] SessionError),
+/// Files that only a run writes.
+const FILES: [&str; 5] = [
+    "champion.tpg",
+    "champions",
+    "log.csv",
+    "config.toml",
+    "checkpoint",
+];
+
+/// What of a run's history stays in its folder, everything unless said otherwise, and how often it is made safe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Keep {
+    /// Generations between two rows of the log; at least 1.
+    pub log_every: u64,
+    /// Latest files that stay in `champions/`; 0 for all.
+    pub champions: usize,
+    /// Seconds between two checkpoints; 0 for one after each generation. There is always one at the beginning and at the end.
+    pub checkpoint_every: u64,
 }
 
-impl HasStatus for RunFolderError {
-    fn status(&self) -> Status {
-        match self {
-            Self::HoldsRun(_) | Self::Write { .. } | Self::Checkpoint(_) => Status::Usage,
-            Self::Read { .. } | Self::Malformed { .. } | Self::Resume { .. } => Status::BadInput,
-            Self::Session(SessionError::Config(_)) => Status::Usage,
-            Self::Session(_) => Status::OurFault,
+impl Default for Keep {
+    fn default() -> Self {
+        Keep {
+            log_every: 1,
+            champions: 0,
+            checkpoint_every: 20,
         }
     }
 }
 
-/// What is known of a run beside its configuration.
+/// What a new run says of itself in `run.toml`.
+#[derive(Debug, Clone)]
+pub struct Origin {
+    /// Name of the preset.
+    pub preset: String,
+    /// How long the run is to last.
+    pub budget: Budget,
+    /// The command that began it.
+    pub command: Vec<String>,
+    /// What of its history stays.
+    pub keep: Keep,
+}
+
 #[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct RunFile {
     preset: String,
     seed: u64,
     budget: Budget,
     command: Vec<String>,
-    versions: Versions,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Versions {
-    tpg: String,
-    blob_format: u16,
-    mujoco: String,
+    keep: Keep,
+    made_with: MadeWith,
 }
 
 /// The folder of a run in progress.
 pub struct RunFolder {
     path: PathBuf,
-    log: csv::Writer<File>,
+    keep: Keep,
+    log: Log,
+    task_files: Vec<TaskFile>,
     last_champion: Option<u64>,
-    last_checkpoint: Instant,
+    /// Champions that may not have reached the disk yet.
+    unsynced: Vec<PathBuf>,
+    /// When a checkpoint was last begun, and of which generation it is.
+    last_checkpoint: (Instant, u64),
     /// The thread that writes the last checkpoint, until it is known that it could.
-    writer: Option<JoinHandle<Result<(), CheckpointError>>>,
+    writer: Option<JoinHandle<Result<(), RunFolderError>>>,
+    _lock: Lock,
 }
 
 impl RunFolder {
-    /// Makes the folder of a new run.
-    pub fn create(
-        path: &Path,
-        session: &Session,
-        preset: &str,
-        budget: Budget,
-    ) -> Result<Self, RunFolderError> {
-        if path.join("checkpoint").exists() || path.join("run.toml").exists() {
-            return Err(RunFolderError::HoldsRun(path.display().to_string()));
-        }
+    /// Makes the folder of a new run, with a checkpoint from which it can begin again.
+    ///
+    /// A run that ended before its first checkpoint is replaced.
+    ///
+    /// # Errors
+    /// [`RunFolderError`]: the folder holds a run or files of somebody else, another process trains in it, or it cannot be
+    /// written.
+    pub fn create(path: &Path, session: &Session, origin: Origin) -> Result<Self, RunFolderError> {
         let champions = path.join("champions");
-        fs::create_dir_all(&champions).map_err(unwritable(&champions))?;
+        files::create_folder_durably(path).map_err(unwritable(path))?;
+        if let Some(file) = foreign(path) {
+            return Err(RunFolderError::Foreign(file));
+        }
+        let lock = Lock::take(path)?;
+        if path.join("checkpoint").exists() {
+            return Err(RunFolderError::HoldsRun(path.to_owned()));
+        }
         let run = RunFile {
-            preset: preset.to_owned(),
+            preset: origin.preset,
             seed: session.seed(),
-            budget,
-            command: std::env::args().collect(),
-            versions: Versions {
-                tpg: env!("CARGO_PKG_VERSION").into(),
-                blob_format: tpg_runtime::blob::VERSION,
-                mujoco: tpg_tasks::task::simulator_version(),
-            },
+            budget: origin.budget,
+            command: origin.command,
+            keep: origin.keep,
+            made_with: MadeWith::this_build(FORMAT),
         };
-        write_whole(&path.join("run.toml"), as_toml(&run).as_bytes())?;
-        write_whole(
-            &path.join("config.toml"),
-            as_toml(session.config()).as_bytes(),
-        )?;
-        let log_path = path.join("log.csv");
-        let file = File::create(&log_path).map_err(unwritable(&log_path))?;
-        let mut log = log_writer(file);
-        let written = log.write_record(LOG_COLUMNS).map_err(Into::into);
-        (written.and_then(|()| log.flush())).map_err(unwritable(&log_path))?;
-        Ok(RunFolder {
+        write(&path.join("run.toml"), as_toml(&run).as_bytes())?;
+        // Of a run that ended before its first checkpoint.
+        for stale in [champions.clone(), path.join("champion.tpg")] {
+            let removed = match stale.is_dir() {
+                true => fs::remove_dir_all(&stale),
+                false if stale.exists() => fs::remove_file(&stale),
+                false => Ok(()),
+            };
+            removed.map_err(unwritable(&stale))?;
+        }
+        fs::create_dir_all(&champions).map_err(unwritable(&champions))?;
+        let config = as_toml(session.config());
+        write(&path.join("config.toml"), config.as_bytes())?;
+        let log = Log::create(&path.join("log.csv"))?;
+        let mut folder = RunFolder {
             path: path.to_owned(),
+            keep: origin.keep,
             log,
+            task_files: task_files(session)?,
             last_champion: None,
-            last_checkpoint: Instant::now(),
+            unsynced: Vec::new(),
+            last_checkpoint: (Instant::now(), 0),
             writer: None,
-        })
+            _lock: lock,
+        };
+        folder.checkpoint(session)?;
+        Ok(folder)
     }
 
-    /// Opens the folder of a run to go on with it; rows of the log behind the checkpoint are dropped.
-    pub fn open(path: &Path) -> Result<(Self, Session, Budget), RunFolderError> {
-        let session = session::load(&path.join("checkpoint")).map_err(|source| {
-            let path = path.to_owned();
-            RunFolderError::Resume { path, source }
-        })?;
+    /// Opens the folder of a run to go on with it. Rows and champions of generations behind the checkpoint are dropped.
+    ///
+    /// With `accept_changed_task` the run goes on although files of its task are no more what they were.
+    ///
+    /// # Errors
+    /// [`RunFolderError`]: there is no checkpoint, another process trains in the folder, or one of its files is not what the
+    /// run wrote.
+    pub fn open(
+        path: &Path,
+        accept_changed_task: bool,
+    ) -> Result<(Self, Session, Budget), RunFolderError> {
         let run_path = path.join("run.toml");
-        let run: RunFile =
-            toml::from_str(&read(&run_path)?).map_err(|e| malformed(&run_path, e.to_string()))?;
-        let log_path = path.join("log.csv");
-        let kept = rows_up_to(&read(&log_path)?, session.generation())
-            .map_err(|why| malformed(&log_path, why))?;
-        write_whole(&log_path, kept.as_bytes())?;
-        let file = OpenOptions::new().append(true).open(&log_path);
+        let checkpoint_path = path.join("checkpoint");
+        if !run_path.exists() && !checkpoint_path.exists() {
+            return Err(RunFolderError::NoRun(path.to_owned()));
+        }
+        let lock = Lock::take(path)?;
+        if !checkpoint_path.exists() {
+            let run: RunFile = from_toml(&run_path)?;
+            return Err(RunFolderError::NoCheckpoint {
+                path: path.to_owned(),
+                command: run.command,
+            });
+        }
+        let Checkpoint {
+            session,
+            task_files: before,
+            log: mark,
+        } = session::load(&checkpoint_path)?;
+        let run: RunFile = from_toml(&run_path)?;
+        let differs = |path: &Path, what: String| RunFolderError::Differs {
+            path: path.to_owned(),
+            what,
+        };
+        if run.seed != session.seed() {
+            let what = format!("seed {} instead of {}", run.seed, session.seed());
+            return Err(differs(&run_path, what));
+        }
+        let config_path = path.join("config.toml");
+        let config: Config = from_toml(&config_path)?;
+        if let Some(what) = differences(&config, session.config()) {
+            return Err(differs(&config_path, what));
+        }
+        let now = task_files(&session)?;
+        if !accept_changed_task && let Some(changed) = changed(&before, &now) {
+            return Err(RunFolderError::TaskChanged {
+                path: path.to_owned(),
+                generation: session.generation(),
+                changed,
+            });
+        }
         let folder = RunFolder {
             path: path.to_owned(),
-            log: log_writer(file.map_err(unwritable(&log_path))?),
+            keep: run.keep,
+            log: Log::reopen(&path.join("log.csv"), mark)?,
+            task_files: now,
             last_champion: session.champion().map(|(id, _)| id.0),
-            last_checkpoint: Instant::now(),
+            unsynced: Vec::new(),
+            last_checkpoint: (Instant::now(), session.generation()),
             writer: None,
+            _lock: lock,
         };
+        let champions = folder.champions();
+        fs::create_dir_all(&champions).map_err(unwritable(&champions))?;
+        folder.drop_champions_after(session.generation())?;
+        folder.thin_champions()?;
+        if session.generation() > 0 {
+            folder.write_champion(&session)?;
+        }
         Ok((folder, session, run.budget))
     }
 
     /// The folder.
+    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// The best policy's file.
+    #[must_use]
     pub fn champion(&self) -> PathBuf {
         self.path.join("champion.tpg")
     }
 
     /// Records a generation: its row, its champion if that changed, and from time to time a checkpoint.
+    ///
+    /// # Errors
+    /// [`RunFolderError`] if something cannot be written, now or in the checkpoint before.
     pub fn record(
         &mut self,
         session: &Session,
         report: &GenerationReport,
     ) -> Result<(), RunFolderError> {
-        let written = self.log.serialize(report).map_err(Into::into);
-        (written.and_then(|()| self.log.flush()))
-            .map_err(unwritable(&self.path.join("log.csv")))?;
+        if report.generation.is_multiple_of(self.keep.log_every.max(1)) {
+            self.log.append(report)?;
+        }
         if self.last_champion != Some(report.champion) {
             let blob = session.export_champion()?;
-            let name = format!("champions/{:06}.tpg", report.generation);
-            write_whole(&self.path.join(name), &blob)?;
-            write_whole(&self.champion(), &blob)?;
+            let path = self.champions().join(file_name(report.generation));
+            // The next checkpoint makes sure that they are on the disk; those of later generations a resume makes again.
+            files::replace(&path, &[&blob]).map_err(unwritable(&path))?;
+            self.unsynced.push(path);
+            let path = self.champion();
+            files::replace(&path, &[&blob]).map_err(unwritable(&path))?;
             self.last_champion = Some(report.champion);
         }
-        if self.last_checkpoint.elapsed() >= CHECKPOINT_EVERY {
+        let every = Duration::from_secs(self.keep.checkpoint_every);
+        if self.last_checkpoint.0.elapsed() >= every {
             self.join_writer()?;
+            self.thin_champions()?;
+            let mark = self.log.mark()?;
             let (snapshot, path) = (Snapshot::new(session), self.path.join("checkpoint"));
-            self.writer = Some(std::thread::spawn(move || snapshot.save(&path)));
-            self.last_checkpoint = Instant::now();
+            let (champions, unsynced) = (self.champions(), std::mem::take(&mut self.unsynced));
+            let task_files = self.task_files.clone();
+            let write = move || {
+                files::sync(&champions, &unsynced).map_err(unwritable(&champions))?;
+                Ok(snapshot.save(&path, task_files, mark)?)
+            };
+            self.writer = Some(std::thread::spawn(write));
+            self.last_checkpoint = (Instant::now(), session.generation());
         }
+        Ok(())
+    }
+
+    /// Writes the champion and the final checkpoint.
+    ///
+    /// # Errors
+    /// [`RunFolderError`] if something cannot be written.
+    pub fn finish(&mut self, session: &Session) -> Result<(), RunFolderError> {
+        self.join_writer()?;
+        if session.generation() > 0 {
+            self.write_champion(session)?;
+        }
+        if self.last_checkpoint.1 != session.generation() {
+            self.checkpoint(session)?;
+        }
+        self.thin_champions()
+    }
+
+    /// The folder of the champions so far.
+    fn champions(&self) -> PathBuf {
+        self.path.join("champions")
+    }
+
+    fn write_champion(&self, session: &Session) -> Result<(), RunFolderError> {
+        write(&self.champion(), &session.export_champion()?)
+    }
+
+    /// Writes a checkpoint and waits for it.
+    fn checkpoint(&mut self, session: &Session) -> Result<(), RunFolderError> {
+        let mark = self.log.mark()?;
+        let champions = self.champions();
+        files::sync(&champions, &self.unsynced).map_err(unwritable(&champions))?;
+        self.unsynced.clear();
+        let path = self.path.join("checkpoint");
+        Snapshot::new(session).save(&path, self.task_files.clone(), mark)?;
+        self.last_checkpoint = (Instant::now(), session.generation());
         Ok(())
     }
 
@@ -218,74 +327,96 @@ impl RunFolder {
     fn join_writer(&mut self) -> Result<(), RunFolderError> {
         match self.writer.take().map(JoinHandle::join) {
             Some(Err(panic)) => std::panic::resume_unwind(panic),
-            Some(Ok(written)) => Ok(written?),
+            Some(Ok(written)) => written,
             None => Ok(()),
         }
     }
 
-    /// Writes the final checkpoint.
-    pub fn finish(&mut self, session: &Session) -> Result<(), RunFolderError> {
-        self.join_writer()?;
-        if session.generation() > 0 {
-            write_whole(&self.champion(), &session.export_champion()?)?;
+    /// Removes the oldest of the champions that are not to stay. Those that the last checkpoint counts give way only to others that
+    /// it counts: a run that goes on from it makes later ones again.
+    fn thin_champions(&self) -> Result<(), RunFolderError> {
+        if self.keep.champions == 0 {
+            return Ok(());
         }
-        Ok(Snapshot::new(session).save(&self.path.join("checkpoint"))?)
+        let mut champions = self.numbered_champions()?;
+        champions.retain(|(generation, _)| *generation <= self.last_checkpoint.1);
+        champions.sort();
+        let surplus = champions.len().saturating_sub(self.keep.champions);
+        remove(champions.into_iter().take(surplus))
     }
+
+    /// Removes champions of generations that a resume makes again.
+    fn drop_champions_after(&self, generation: u64) -> Result<(), RunFolderError> {
+        let champions = self.numbered_champions()?.into_iter();
+        remove(champions.filter(|(number, _)| *number > generation))
+    }
+
+    /// Every champion with its generation, in no order.
+    fn numbered_champions(&self) -> Result<Vec<(u64, PathBuf)>, RunFolderError> {
+        let folder = self.champions();
+        let entries = fs::read_dir(&folder).map_err(unwritable(&folder))?;
+        let numbered = entries.flatten().filter_map(|entry| {
+            let path = entry.path();
+            let generation = path.file_stem()?.to_str()?.parse().ok()?;
+            Some((generation, path))
+        });
+        Ok(numbered.collect())
+    }
+}
+
+/// Name of a generation's champion in `champions/`.
+fn file_name(generation: u64) -> String {
+    format!("{generation:06}.tpg")
+}
+
+fn remove(mut champions: impl Iterator<Item = (u64, PathBuf)>) -> Result<(), RunFolderError> {
+    champions.try_for_each(|(_, path)| fs::remove_file(&path).map_err(unwritable(&path)))
+}
+
+/// A file with a name that a run uses, in a folder that is no run's.
+fn foreign(path: &Path) -> Option<PathBuf> {
+    let run = path.join("run.toml");
+    if run.exists() {
+        return from_toml::<RunFile>(&run).is_err().then_some(run);
+    }
+    let lock = path.join("lock");
+    if lock.exists() && !lock::is_ours(&lock) {
+        return Some(lock);
+    }
+    let mut files = FILES.iter().map(|name| path.join(name));
+    files.find(|file| file.exists())
+}
+
+/// The files that a session's task depends on, as they are now.
+fn task_files(session: &Session) -> Result<Vec<TaskFile>, RunFolderError> {
+    let sources = tpg_tasks::task::sources(&session.config().task);
+    let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let files = sources.map_err(RunFolderError::Task)?.into_iter();
+    Ok(files.map(|(name, digest)| (name, hex(digest))).collect())
+}
+
+/// The names of files that are new, changed or gone; `None` if all are as before.
+fn changed(before: &[TaskFile], now: &[TaskFile]) -> Option<String> {
+    let of = |files: &[TaskFile], other: &[TaskFile]| -> Vec<String> {
+        let differs = files.iter().filter(|file| !other.contains(file));
+        differs.map(|(name, _)| name.clone()).collect()
+    };
+    let mut names = of(now, before);
+    names.extend(of(before, now));
+    names.sort();
+    names.dedup();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// Serialises what always can be: structs of plain values.
 fn as_toml(value: &impl Serialize) -> String {
-    toml::to_string(value).expect("a configuration is valid TOML")
+    toml::to_string(value).expect("plain values are valid TOML")
 }
 
-fn log_writer(file: File) -> csv::Writer<File> {
-    let mut builder = csv::WriterBuilder::new();
-    builder.has_headers(false).from_writer(file)
+fn from_toml<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T, RunFolderError> {
+    toml::from_str(&read(path)?).map_err(|why| malformed(path, &why.to_string()))
 }
 
-fn read(path: &Path) -> Result<String, RunFolderError> {
-    fs::read_to_string(path).map_err(|source| RunFolderError::Read {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> RunFolderError + use<> {
-    let path = path.to_owned();
-    move |source| RunFolderError::Write { path, source }
-}
-
-fn malformed(path: &Path, why: String) -> RunFolderError {
-    RunFolderError::Malformed {
-        path: path.to_owned(),
-        why: why.trim_end().replace('\n', "; "),
-    }
-}
-
-/// The log's header and its rows of generations up to `generation`, as text; else why it is no log of this build.
-fn rows_up_to(log: &str, generation: u64) -> Result<String, String> {
-    let mut lines = log.split_inclusive('\n');
-    let header = lines.next().unwrap_or_default();
-    if header.trim_end() != LOG_COLUMNS.join(",") {
-        return Err(format!(
-            "its columns are not those of this build: {}",
-            LOG_COLUMNS.join(",")
-        ));
-    }
-    let mut kept = header.to_owned();
-    for line in lines {
-        let number = line.split(',').next().and_then(|n| n.parse::<u64>().ok());
-        // A row that a crash cut short has no end of line; it is behind the checkpoint in any case.
-        if line.ends_with('\n') && number.is_some_and(|n| n <= generation) {
-            kept.push_str(line);
-        }
-    }
-    Ok(kept)
-}
-
-/// Replaces a file as a whole, so that a crash leaves the old one.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), RunFolderError> {
-    let temporary = path.with_extension("tmp");
-    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
-    written.map_err(unwritable(path))
+fn write(path: &Path, bytes: &[u8]) -> Result<(), RunFolderError> {
+    files::replace_durably(path, &[bytes]).map_err(unwritable(path))
 }

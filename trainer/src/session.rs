@@ -2,85 +2,103 @@
 
 mod checkpoint;
 mod curriculum;
-mod perception;
+mod front_end;
 mod provenance;
 mod race;
 mod report;
 mod scoring;
+mod state;
+mod stored_population;
 #[cfg(test)]
 mod tests;
 mod tuning;
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::fmt;
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Policy;
 use tpg_runtime::rng::mix64;
 
-use crate::config::{Blueprint, Config, ConfigError};
-use crate::evolve::{Child, Population, TeamId, Variation, rank, select};
-use crate::frontend::Learner;
+use crate::config::{Config, ConfigError, Settings};
+use crate::evolve::{Child, Population, TeamId, Variation, select};
+use crate::front_end::Learner;
 use crate::lower::{LowerError, Mode, lower};
+use crate::monitor::Stopped;
 use crate::pool::Pool;
 use tpg_tasks::task::Rng;
 
 use provenance::Provenance;
-use race::Race;
-use scoring::{Newcomer, Tally};
-use tuning::Tuned;
+use scoring::{Candidate, EvalStats};
+use state::State;
 
-pub use checkpoint::{CheckpointError, Snapshot, load};
-pub use report::{GenerationReport, LOG_COLUMNS};
+pub use checkpoint::{Checkpoint, CheckpointError, LogMark, Snapshot, TaskFile, load};
+pub use report::GenerationReport;
+pub use state::Record;
 
 /// Marks the random stream of evolution among those that derive from a run's seed.
 const EVOLUTION_STREAM: u64 = 4;
 
-/// When a run is over; each is a total over the run's whole life, resumes included.
+/// When a run is over; each is a total over the run's whole life, resumes included. Files write `{ generations = 40 }`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Budget {
     /// After this many generations.
     Generations(u64),
     /// At the first end of a generation at or past this many environment steps.
     Steps(u64),
-    /// At the first end of a generation at or past this many minutes of training.
+    /// After this many minutes of training; a generation that is not done by then does not count.
     Minutes(f64),
 }
 
 impl Budget {
+    /// Names of the kinds, as files write them.
+    pub const KEYS: [&str; 3] = ["generations", "steps", "minutes"];
+
+    /// Whether a run may last at all.
+    #[must_use]
+    pub fn is_positive(self) -> bool {
+        match self {
+            Budget::Generations(n) | Budget::Steps(n) => n > 0,
+            Budget::Minutes(minutes) => minutes > 0.0 && minutes.is_finite(),
+        }
+    }
+
     /// Share of the budget that is used, 1 when it is used up.
     #[must_use]
     pub fn used(&self, session: &Session) -> f64 {
         let share = match *self {
-            Budget::Generations(n) => session.generation as f64 / n as f64,
-            Budget::Steps(n) => session.steps as f64 / n as f64,
-            Budget::Minutes(m) => session.seconds / (60.0 * m),
+            Budget::Generations(n) => session.generation() as f64 / n as f64,
+            Budget::Steps(n) => session.steps() as f64 / n as f64,
+            Budget::Minutes(m) => session.seconds() / (60.0 * m),
         };
         // A budget of zero is used up from the start.
         if share.is_nan() { 1.0 } else { share }
     }
+
+    /// How long training may go on from here; `None` if time does not limit it.
+    fn time_left(&self, session: &Session) -> Option<Duration> {
+        match *self {
+            Budget::Minutes(minutes) => {
+                let left = (60.0 * minutes - session.seconds()).max(0.0);
+                // So long that no timer can hold it is no limit.
+                Duration::try_from_secs_f64(left).ok()
+            }
+            Budget::Generations(_) | Budget::Steps(_) => None,
+        }
+    }
 }
 
-/// What is known of a scored root.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// The generation in which it was scored.
-    pub generation: u64,
-    /// Mean return of its training episodes; −∞ if it could not be scored.
-    pub score: f64,
-    /// The same of the shaped rewards: what ranks it.
-    pub fitness: f64,
-    /// How often it was scored; both means are over all times.
-    pub scorings: u32,
-    /// Instructions executed per decision in those episodes.
-    pub instructions_mean: f64,
-    /// Shared memory as it stood when the scoring began, where memory outlives agents.
-    pub memory: Option<Arc<[f32]>>,
-    /// Steps of its mean training episode, by which the length of its children's is guessed; 0 after a resume.
-    #[serde(skip)]
-    pub steps_mean: f64,
+/// As rows of experiments show it: `generations:40`.
+impl fmt::Display for Budget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Budget::Generations(n) => write!(f, "generations:{n}"),
+            Budget::Steps(n) => write!(f, "steps:{n}"),
+            Budget::Minutes(minutes) => write!(f, "minutes:{minutes}"),
+        }
+    }
 }
 
 /// Time that the parts of a run took outside of scoring, which [`Pool::spent`] tells.
@@ -113,26 +131,14 @@ struct Exported {
 /// A training run between two generations.
 pub struct Session {
     config: Config,
-    blueprint: Blueprint,
+    settings: Settings,
     provenance: Provenance,
     seed: u64,
-    generation: u64,
-    steps: u64,
-    seconds: f64,
-    population: Population,
-    records: BTreeMap<TeamId, Record>,
-    /// The population's memory, for scopes in which it outlives agents; `None` until something is in it.
-    memory: Option<Arc<[f32]>>,
-    /// Median scores of the teams that the last generation made, and the one before.
-    medians: [Option<f64>; 2],
-    exported: Option<Exported>,
-    overhead: Overhead,
-    lines: Vec<Tuned>,
-    race: Race,
-    /// Stage of the curriculum in which scores were found.
-    stage: u32,
+    state: State,
     /// Learns what policies perceive; `None` if they see observations as they are.
     learner: Option<Learner>,
+    exported: Option<Exported>,
+    overhead: Overhead,
 }
 
 /// Why a run could not go on.
@@ -153,6 +159,9 @@ pub enum SessionError {
         /// The generation.
         generation: u64,
     },
+    /// The generation was stopped before its end; it can be made again.
+    #[error("stopped in the middle of a generation")]
+    Stopped,
 }
 
 impl Session {
@@ -161,25 +170,16 @@ impl Session {
     /// # Errors
     /// [`SessionError::Config`].
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
-        let blueprint = Blueprint::new(&config)?;
+        let settings = Settings::new(&config)?;
         Ok(Session {
-            learner: perception::learner(&blueprint),
-            provenance: Provenance::new(&config, &blueprint.task_identity, seed),
+            learner: front_end::learner(&settings),
+            provenance: Provenance::new(&config, &settings.task_identity, seed),
             config,
-            blueprint,
+            settings,
             seed,
-            generation: 0,
-            steps: 0,
-            seconds: 0.0,
-            population: Population::default(),
-            records: BTreeMap::new(),
-            memory: None,
-            medians: [None; 2],
+            state: State::default(),
             exported: None,
             overhead: Overhead::default(),
-            lines: Vec::new(),
-            race: Race::default(),
-            stage: 0,
         })
     }
 
@@ -192,10 +192,9 @@ impl Session {
         seed: u64,
         population: Population,
     ) -> Result<Self, SessionError> {
-        Ok(Session {
-            population,
-            ..Session::new(config, seed)?
-        })
+        let mut session = Session::new(config, seed)?;
+        session.state.population = population;
+        Ok(session)
     }
 
     /// The configuration of the run.
@@ -213,19 +212,19 @@ impl Session {
     /// Generations completed.
     #[must_use]
     pub const fn generation(&self) -> u64 {
-        self.generation
+        self.state.generation
     }
 
     /// Environment steps of all training episodes so far.
     #[must_use]
     pub const fn steps(&self) -> u64 {
-        self.steps
+        self.state.steps
     }
 
     /// Seconds spent in training, over all resumes.
     #[must_use]
     pub const fn seconds(&self) -> f64 {
-        self.seconds
+        self.state.seconds
     }
 
     /// What this process has spent on the run outside of scoring.
@@ -239,101 +238,108 @@ impl Session {
     /// # Errors
     /// [`SessionError::Config`] if the task is not to be had.
     pub fn pool(&self, threads: usize) -> Result<Pool, SessionError> {
-        let arenas = (0..threads.max(1)).map(|_| self.blueprint.arena());
+        let arenas = (0..threads.max(1)).map(|_| self.settings.arena());
         Ok(Pool::new(arenas.collect::<Result<_, _>>()?))
     }
 
     /// Makes, scores and selects one generation.
     ///
     /// # Errors
-    /// [`SessionError`] where no individual could be scored.
+    /// [`SessionError::NothingScored`] where no individual could be scored. [`SessionError::Stopped`] soon after the
+    /// pool's monitor was stopped; the session is then as it was before, and the same generation can be made again.
     pub fn advance(&mut self, pool: &mut Pool) -> Result<GenerationReport, SessionError> {
+        let before = self.state.clone();
         let started = Instant::now();
-        let mut newcomers = self.make_generation();
-        self.overhead.variation += started.elapsed();
-        let mut tally = Tally::default();
-        let made = newcomers.len();
-        newcomers.extend(self.rise());
-        newcomers.extend(self.elites());
-        newcomers.extend(self.tune(pool, &mut tally));
-        self.score(pool, &newcomers, &mut tally);
+        let scored = self.score_generation(pool);
+        let Ok((fresh, stats)) = scored else {
+            self.state = before;
+            pool.take_recordings();
+            return Err(SessionError::Stopped);
+        };
+        drop(before);
         self.learn(pool);
-        self.race(pool, &mut tally);
         let scored = Instant::now();
-        let fresh: Vec<f64> = newcomers[..made]
-            .iter()
-            .map(|n| self.records[&n.root].score)
-            .collect();
-        self.medians = [Some(tpg_tasks::stats::median(&fresh)), self.medians[0]];
-        let mut scores = self.scores();
-        let keep = self.blueprint.params.population as usize;
-        let protected: Vec<TeamId> = self.tuned().chain(self.race.champion).collect();
-        select(&mut self.population, &mut scores, keep, &protected);
-        let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
-        self.records.retain(|id, _| survives(id));
-        self.race.returns.retain(|id, _| survives(id));
-        self.forget();
+        self.select(&fresh);
         self.overhead.selection += scored.elapsed();
-        self.generation += 1;
-        self.steps += tally.steps;
-        self.seconds += started.elapsed().as_secs_f64();
+        self.state.generation += 1;
+        self.state.steps += stats.steps;
+        self.state.seconds += started.elapsed().as_secs_f64();
         let selected = Instant::now();
-        let report = self.report(&tally);
+        let report = self.report(&stats);
         self.overhead.report += selected.elapsed();
         report
     }
 
-    /// Every scored root with its score, oldest first.
-    fn scores(&self) -> Vec<(TeamId, f64)> {
-        let fitness = |(id, r): (&TeamId, &Record)| (*id, r.fitness);
-        self.records.iter().map(fitness).collect()
+    /// Makes and scores the candidates of a generation; the new ones among them, and what scoring came to.
+    fn score_generation(&mut self, pool: &mut Pool) -> Result<(Vec<TeamId>, EvalStats), Stopped> {
+        let started = Instant::now();
+        let mut candidates = self.make_generation();
+        self.overhead.variation += started.elapsed();
+        let fresh: Vec<TeamId> = candidates.iter().map(|candidate| candidate.root).collect();
+        let mut stats = EvalStats::default();
+        candidates.extend(self.advance_curriculum());
+        candidates.extend(self.elites());
+        let episodes = candidates.len() as u64 * u64::from(self.settings.episodes);
+        pool.monitor().begin(episodes + self.planned_trials());
+        candidates.extend(self.tune(pool, &mut stats)?);
+        self.score(pool, &candidates, &mut stats)?;
+        self.race(pool, &mut stats)?;
+        Ok((fresh, stats))
     }
 
-    /// Every scored root with its fitness, the best first.
-    fn ranking(&self) -> Vec<(TeamId, f64)> {
-        let mut ranking = self.scores();
-        ranking.retain(|(_, fitness)| fitness.is_finite());
-        ranking.sort_by(|a, b| rank(*a, *b));
-        ranking
+    /// Keeps the best roots, and forgets everything of the others.
+    fn select(&mut self, fresh: &[TeamId]) {
+        let fresh = fresh.iter().map(|root| self.state.records[root].score);
+        let median = tpg_tasks::stats::median(&fresh.collect::<Vec<f64>>());
+        let protected: Vec<TeamId> = self.tuned().chain(self.state.race.champion).collect();
+        let state = &mut self.state;
+        state.medians = [Some(median), state.medians[0]];
+        let mut scores = state.fitness();
+        let keep = self.settings.params.population as usize;
+        select(&mut state.population, &mut scores, keep, &protected);
+        let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
+        state.records.retain(|id, _| survives(id));
+        state.race.returns.retain(|id, _| survives(id));
+        self.forget();
     }
 
     /// The best roots so far, which are scored again.
-    fn elites(&self) -> Vec<Newcomer> {
-        let elites = self.blueprint.elites as usize;
+    fn elites(&self) -> Vec<Candidate> {
+        let elites = self.settings.elites as usize;
         if elites == 0 {
             return Vec::new();
         }
-        let best = self.ranking().into_iter().take(elites);
-        best.map(|(root, _)| self.newcomer(root, root)).collect()
+        let best = self.state.ranking().into_iter().take(elites);
+        best.map(|(root, _)| self.candidate(root, root)).collect()
     }
 
     /// A root that is to be scored; its episodes may be expected to last as those of its `kin`.
-    fn newcomer(&self, root: TeamId, kin: TeamId) -> Newcomer {
-        Newcomer {
+    fn candidate(&self, root: TeamId, kin: TeamId) -> Candidate {
+        Candidate {
             root,
-            expected: self.records.get(&kin).map_or(0.0, |r| r.steps_mean),
+            expected: self.state.records.get(&kin).map_or(0.0, |r| r.steps_mean),
         }
     }
 
     /// The new roots of this generation: random ones at first, children later.
-    fn make_generation(&mut self) -> Vec<Newcomer> {
-        let mut rng = Rng::new(mix64(&[self.seed, self.generation, EVOLUTION_STREAM]));
-        let (genes, params) = (&self.blueprint.genes, &self.blueprint.params);
-        if self.generation == 0 {
-            if self.population.roots.is_empty() {
-                self.population = Population::random(genes, params, &mut rng);
+    fn make_generation(&mut self) -> Vec<Candidate> {
+        let mut rng = Rng::new(mix64(&[self.seed, self.state.generation, EVOLUTION_STREAM]));
+        let (genes, params) = (&self.settings.genes, &self.settings.params);
+        if self.state.generation == 0 {
+            if self.state.population.roots.is_empty() {
+                self.state.population = Population::random(genes, params, &mut rng);
             }
-            let roots = self.population.roots.iter();
-            return roots.map(|root| self.newcomer(*root, *root)).collect();
+            let roots = self.state.population.roots.iter();
+            return roots.map(|root| self.candidate(*root, *root)).collect();
         }
         let variation = Variation {
             genes,
             params,
-            scores: &self.scores(),
+            scores: &self.state.fitness(),
         };
-        let children = variation.children(&mut self.population, &mut rng);
-        let newcomer = |child: &Child| self.newcomer(child.team, child.parent);
-        children.iter().map(newcomer).collect()
+        let children = variation.children(&mut self.state.population, &mut rng);
+        let candidate = |child: &Child| self.candidate(child.team, child.parent);
+        children.iter().map(candidate).collect()
     }
 
     /// The blob of a root, as it was scored in `generation` with the memory that it found.
@@ -344,21 +350,22 @@ impl Session {
         memory: Option<&[f32]>,
         mode: Mode,
     ) -> Result<Vec<u8>, LowerError> {
-        let contract = self.contract(generation);
+        let policy_spec = self.policy_spec(generation);
         let provenance = self.provenance.of(generation);
-        lower(&self.population, root, &contract, provenance, memory, mode)
+        lower(
+            &self.state.population,
+            root,
+            &policy_spec,
+            provenance,
+            memory,
+            mode,
+        )
     }
 
     /// The winner of the last race, else the best root in training, ties to the older, with its record.
     #[must_use]
     pub fn champion(&self) -> Option<(TeamId, &Record)> {
-        if let Some(root) = self.race.champion
-            && let Some(record) = self.records.get(&root)
-        {
-            return Some((root, record));
-        }
-        let records = self.records.iter().map(|(id, r)| (*id, r));
-        records.min_by(|a, b| rank((a.0, a.1.fitness), (b.0, b.1.fitness)))
+        self.state.champion()
     }
 
     /// The champion's blob, the very bytes that were scored.
@@ -382,12 +389,12 @@ impl Session {
                 Ok(self.export(root, record.generation, record.memory.as_deref(), mode)?)
             }
             _ => Err(SessionError::NothingScored {
-                generation: self.generation,
+                generation: self.state.generation,
             }),
         }
     }
 
-    fn report(&mut self, tally: &Tally) -> Result<GenerationReport, SessionError> {
+    fn report(&mut self, stats: &EvalStats) -> Result<GenerationReport, SessionError> {
         let root = self.champion().map(|(root, _)| root);
         if let Some(root) = root.filter(|r| self.exported.as_ref().is_none_or(|e| e.root != *r)) {
             let blob = self.lower_champion(Mode::Compact)?;
@@ -399,10 +406,11 @@ impl Session {
         }
         let (Some((champion, record)), Some(exported)) = (self.champion(), &self.exported) else {
             return Err(SessionError::NothingScored {
-                generation: self.generation,
+                generation: self.state.generation,
             });
         };
         let scores: Vec<f64> = self
+            .state
             .records
             .values()
             .map(|r| r.score)
@@ -410,27 +418,30 @@ impl Session {
             .collect();
         let (champion_teams, champion_programs, champion_instructions) = exported.sizes;
         Ok(GenerationReport {
-            generation: self.generation,
-            steps: self.steps,
+            generation: self.state.generation,
+            steps: self.state.steps,
             best: record.score,
             fitness: record.fitness,
-            select: self.race.mean(champion),
+            select: self.state.race.mean(champion),
             mean: tpg_tasks::stats::mean(&scores),
             champion: champion.0,
             champion_teams,
             champion_programs,
             champion_instructions,
             instructions_mean: record.instructions_mean,
-            teams: self.population.team_count(),
-            programs: self.population.program_count(),
-            unscorable: tally.unscorable,
-            unstable: tally.unstable,
-            seconds: self.seconds,
+            teams: self.state.population.team_count(),
+            programs: self.state.population.program_count(),
+            unscorable: stats.unscorable,
+            unstable: stats.unstable,
+            episodes: stats.episodes,
+            seconds: self.state.seconds,
         })
     }
 }
 
-/// Runs generations until the budget is used up or `stop` is set; `observe` sees every generation.
+/// Runs generations until the budget is used up or the pool's monitor stops it; `observe` sees every generation.
+///
+/// A limit of minutes, like the monitor, ends a generation in its middle, which then counts for nothing.
 ///
 /// # Errors
 /// The session's, or the observer's.
@@ -438,12 +449,29 @@ pub fn train<E: From<SessionError>>(
     session: &mut Session,
     pool: &mut Pool,
     budget: Budget,
-    stop: &AtomicBool,
     mut observe: impl FnMut(&Session, &GenerationReport) -> Result<(), E>,
 ) -> Result<(), E> {
-    while budget.used(session) < 1.0 && !stop.load(Ordering::Relaxed) {
-        let report = session.advance(pool)?;
-        observe(session, &report)?;
-    }
-    Ok(())
+    let monitor = pool.monitor().clone();
+    let left = budget.time_left(session);
+    let (ended, over) = mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        if let Some(left) = left {
+            let monitor = &monitor;
+            scope.spawn(move || {
+                if over.recv_timeout(left) == Err(mpsc::RecvTimeoutError::Timeout) {
+                    monitor.expire();
+                }
+            });
+        }
+        // Dropped at the end, which wakes the thread.
+        let _ended = ended;
+        while budget.used(session) < 1.0 && !monitor.stopped() {
+            match session.advance(pool) {
+                Ok(report) => observe(session, &report)?,
+                Err(SessionError::Stopped) => break,
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    })
 }

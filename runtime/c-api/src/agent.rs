@@ -8,7 +8,7 @@ use core::slice;
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::{Action, Capacities, Header, Policy, Reset, SliceAgent, Slices};
 
-use crate::layout::Layout;
+use crate::layout::MemoryLayout;
 use crate::status::TpgStatus;
 use crate::width::Built;
 
@@ -45,9 +45,9 @@ pub struct TpgAgent {
 pub unsafe extern "C" fn tpg_memory_size(header: *const c_void, header_length: usize) -> usize {
     // SAFETY: the caller's promise.
     let bytes = unsafe { bytes(header, header_length) };
-    bytes.and_then(Header::peek).map_or(0, |header| {
-        Layout::new(&Capacities::needed_by(&header)).bytes
-    })
+    bytes
+        .and_then(Header::peek)
+        .map_or(0, |header| layout(&Capacities::needed_by(&header)).bytes)
 }
 
 /// Makes an agent for a policy in the caller's memory, reset with agent seed 0, and points `agent` to it.
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn tpg_init(
         Err(error) => return error.into(),
     };
     let needed = Capacities::needed_by(policy.header());
-    let layout = Layout::new(&needed);
+    let layout = layout(&needed);
     if memory_length < layout.bytes {
         return TpgStatus::ShortMemory;
     }
@@ -337,5 +337,7 @@ unsafe fn decide<'a>(
         .map_err(|_| TpgStatus::ObservationLength)
 }
 
-/// Bytes that the agent itself takes at the start of the memory.
-pub(crate) const AGENT_BYTES: usize = size_of::<TpgAgent>();
+/// Where the parts of an agent lie in memory that has room for `needed`.
+const fn layout(needed: &Capacities) -> MemoryLayout {
+    MemoryLayout::new(size_of::<TpgAgent>(), needed)
+}

@@ -5,11 +5,9 @@ use core::mem::{align_of, size_of};
 use tpg_runtime::Capacities;
 use tpg_runtime::rng::Pcg32;
 
-use crate::agent::AGENT_BYTES;
-
-/// Offsets from the start of the memory, in the order of falling alignment, and the bytes of all.
+/// Byte offsets from the start of the memory, in order of decreasing alignment, and the number of bytes in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Layout {
+pub struct MemoryLayout {
     pub streams: usize,
     pub words: usize,
     pub bids: usize,
@@ -20,13 +18,14 @@ pub struct Layout {
 // The header's fields are small enough that no sum below can overflow 32 bits.
 const _: () = assert!(align_of::<Pcg32>() >= align_of::<f32>() && size_of::<bool>() == 1);
 
-impl Layout {
-    pub const fn new(needed: &Capacities) -> Self {
-        let streams = AGENT_BYTES.next_multiple_of(align_of::<Pcg32>());
+impl MemoryLayout {
+    /// The agent itself takes the first `agent_bytes`.
+    pub const fn new(agent_bytes: usize, needed: &Capacities) -> Self {
+        let streams = agent_bytes.next_multiple_of(align_of::<Pcg32>());
         let words = streams + needed.streams * size_of::<Pcg32>();
         let bids = words + needed.words * size_of::<f32>();
         let visited = bids + needed.programs * size_of::<f32>();
-        Layout {
+        MemoryLayout {
             streams,
             words,
             bids,

@@ -83,9 +83,7 @@ impl From<VerifyError> for TpgStatus {
             VerifyError::Decode(DecodeError::Version { .. }) => TpgStatus::Version,
             VerifyError::Decode(DecodeError::InstructionSet { .. }) => TpgStatus::InstructionSet,
             VerifyError::Decode(_) => TpgStatus::Damaged,
-            VerifyError::FrontEndUnsupported | VerifyError::ActionProgramsNotBuilt => {
-                TpgStatus::Unsupported
-            }
+            VerifyError::Unsupported { .. } => TpgStatus::Unsupported,
             _ => TpgStatus::Invalid,
         }
     }

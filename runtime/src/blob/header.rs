@@ -8,6 +8,7 @@ macro_rules! coded {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[repr(u8)]
+        #[non_exhaustive]
         pub enum $name { $($(#[$variant_doc])* $variant = $code,)* }
 
         impl $name {
@@ -136,6 +137,7 @@ coded! {
 
 /// What the header of a blob says, except sizes that only the decoder needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Header {
     /// Bytes of the body.
     pub body_bytes: u32,
@@ -167,7 +169,7 @@ pub struct Header {
     pub memory_model: MemoryModel,
     /// With what probabilities writes reach the slots or cells of memory.
     pub write_distribution: WriteDistribution,
-    /// State words of its own that the policy's [front end](crate::frontend) has; `None` without a front end.
+    /// State words of its own that the policy's [front end](crate::front_end) has; `None` without a front end.
     ///
     /// A header with one is of format version 2, the others of version 1.
     pub front_end: Option<u16>,
@@ -214,6 +216,37 @@ const fn u32_at(bytes: &[u8], at: usize) -> u32 {
 const fn u8_at(bytes: &[u8], at: usize) -> u8 {
     let [byte] = bytes_at(bytes, at);
     byte
+}
+
+impl Default for Header {
+    /// A header of an empty discrete policy: every number is 0, and every kind is the one whose code is 0.
+    ///
+    /// Whoever encodes a policy starts from it and sets the fields.
+    fn default() -> Self {
+        Header {
+            body_bytes: 0,
+            words: 0,
+            programs: 0,
+            teams: 0,
+            streams: 0,
+            width: 0,
+            observation_len: 0,
+            window: 0,
+            actions: 0,
+            action_kind: ActionKind::Discrete,
+            register_mode: RegisterMode::Stateless,
+            initial_values: InitialValues::Zero,
+            reset_scope: ResetScope::Original,
+            memory_model: MemoryModel::None,
+            write_distribution: WriteDistribution::Thesis,
+            front_end: None,
+            groups: 0,
+            action_low: 0.0,
+            action_high: 0.0,
+            control_period_us: 0,
+            provenance: [0; 16],
+        }
+    }
 }
 
 impl Header {

@@ -39,7 +39,7 @@ pub(super) fn store(words: &mut [f32], at: u16, value: f32) {
 ///
 /// On a host, scalar results meet the number rule in one place, at the end of the loop, rather than in each operation that needs it:
 /// all words are finite, so where the rule has nothing to do it changes nothing. On a microcontroller, an instruction
-/// whose fields are no offsets is left to [`super::wides`] before anything else is done with it: what then follows
+/// whose fields are no offsets is left to [`super::vectors`] before anything else is done with it: what then follows
 /// needs no further check, and no value in place of a missing one.
 pub(super) const HOST: bool = cfg!(target_pointer_width = "64");
 

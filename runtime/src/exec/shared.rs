@@ -4,7 +4,7 @@ use super::{Shared, fill_initial};
 use crate::isa::REGISTERS;
 use crate::memory::draw_slot;
 use crate::tables::{Instruction, Program, Section, Team};
-use crate::trace::{Observer, Place};
+use crate::trace::{MemoryAddress, Observer};
 use crate::verify::Policy;
 
 /// Sets a register to its evolved constant: both lie equally far from their starts.
@@ -36,7 +36,9 @@ pub(super) fn write<O: Observer>(
     let Some(start) = team.slot_start(section, slot, width) else {
         return;
     };
-    shared.observer.write(Place::Slot(section, slot as u16));
+    shared
+        .observer
+        .write(MemoryAddress::Slot(section, slot as u16));
     copy(words, source, start, section.slot_words(width));
 }
 
@@ -59,7 +61,7 @@ pub(super) fn read<O: Observer>(
     width: usize,
 ) {
     if let Some(start) = team.slot_start(section, usize::from(i.a), width) {
-        shared.observer.read(Place::Slot(section, i.a));
+        shared.observer.read(MemoryAddress::Slot(section, i.a));
         copy(words, start + usize::from(i.b), usize::from(i.d), 1);
     }
 }
@@ -73,7 +75,9 @@ pub(super) fn read_whole<O: Observer>(
     width: usize,
 ) {
     if let Some(start) = team.slot_start(section, slot, width) {
-        shared.observer.read(Place::Slot(section, slot as u16));
+        shared
+            .observer
+            .read(MemoryAddress::Slot(section, slot as u16));
         copy(words, start, d, section.slot_words(width));
     }
 }
@@ -89,7 +93,7 @@ pub(super) fn write_indexed<O: Observer>(
     let first = policy.cells_start();
     let distribution = policy.header.write_distribution.built();
     for (k, cell) in write.reached(policy.tables.cells, distribution) {
-        shared.observer.write(Place::Cell(cell));
+        shared.observer.write(MemoryAddress::Cell(cell));
         let column = usize::from(cell) % REGISTERS;
         copy(
             words,
@@ -105,6 +109,6 @@ pub(super) fn write_indexed<O: Observer>(
 pub(super) fn read_cell(policy: &Policy<'_>, observer: &mut impl Observer, at: u16) {
     let k = usize::from(at).checked_sub(policy.cells_start());
     if let Some(bytes) = k.and_then(|k| policy.tables.cells.get(k)) {
-        observer.read(Place::Cell(u16::from_le_bytes(*bytes)));
+        observer.read(MemoryAddress::Cell(u16::from_le_bytes(*bytes)));
     }
 }

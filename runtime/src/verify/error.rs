@@ -1,9 +1,8 @@
 //! Why a policy is refused.
 
-use crate::isa::Group;
 use core::fmt;
 
-use crate::blob::{DecodeError, WriteDistribution};
+use crate::blob::DecodeError;
 
 /// Why a well-formed blob is no executable policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,12 +76,11 @@ pub enum VerifyError {
         /// Its number within the program.
         instruction: u16,
     },
-    /// The policy uses instructions that this build of the runtime leaves out.
-    NotBuilt(Group),
-    /// The policy writes its memory by a distribution that this build of the runtime leaves out.
-    WritesNotBuilt(WriteDistribution),
-    /// Each output of the policy has programs of its own, which this build of the runtime leaves out.
-    ActionProgramsNotBuilt,
+    /// The policy needs a part of the runtime that this build leaves out.
+    Unsupported {
+        /// The feature of this crate that brings the part.
+        feature: &'static str,
+    },
     /// A constant or a word of the memory image is not finite.
     NotFinite {
         /// Which table.
@@ -94,8 +92,6 @@ pub enum VerifyError {
     Labels,
     /// The front-end section does not have its layout, or the format version is of policies without one.
     FrontEndMalformed,
-    /// The policy has a front end, which this build of the runtime leaves out.
-    FrontEndUnsupported,
 }
 
 impl fmt::Display for VerifyError {
@@ -139,22 +135,10 @@ impl fmt::Display for VerifyError {
                 f,
                 "instruction {instruction} of program {program}: field `{field}` is out of range"
             ),
-            Self::NotBuilt(group) => write!(
+            Self::Unsupported { feature } => write!(
                 f,
-                "the policy needs instructions that this runtime was built without: \
-                 build tpg-runtime with its feature `{}`",
-                group.feature()
-            ),
-            Self::WritesNotBuilt(distribution) => write!(
-                f,
-                "the policy's memory is written by the distribution `{}`, which this runtime was built without: \
-                 build tpg-runtime with its feature `write-distributions`",
-                distribution.name()
-            ),
-            Self::ActionProgramsNotBuilt => write!(
-                f,
-                "each output of the policy has programs of its own, which this runtime was built without: \
-                 build tpg-runtime with its feature `action-programs`"
+                "the policy needs the feature `{feature}`, which this runtime was built without: \
+                 build tpg-runtime with it"
             ),
             Self::Group {
                 program,
@@ -172,11 +156,6 @@ impl fmt::Display for VerifyError {
                 "labels are not one `name<TAB>unit` line for each input and output"
             ),
             Self::FrontEndMalformed => write!(f, "front-end section is malformed"),
-            Self::FrontEndUnsupported => write!(
-                f,
-                "the policy has a front end (standardisation or belief), which this runtime was built \
-                 without: build tpg-runtime with its feature `front-end`"
-            ),
         }
     }
 }

@@ -30,24 +30,30 @@ pub(super) fn at_most(field: &'static str, limit: u32, got: u32) -> Result<(), V
     }
 }
 
-pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
-    let used = |group: &&Group| header.groups & group.bit() != 0;
-    if let Some(group) = Group::ALL
+/// Checks that this build has every part of the runtime that a policy needs.
+fn check_features(header: &Header) -> Result<(), VerifyError> {
+    let group = Group::ALL
         .iter()
-        .filter(used)
-        .find(|group| !group.is_built())
-    {
-        return Err(VerifyError::NotBuilt(*group));
+        .find(|group| header.groups & group.bit() != 0 && !group.is_built());
+    let missing = if let Some(group) = group {
+        Some(group.feature())
+    } else if !header.write_distribution.is_built() {
+        Some("write-distributions")
+    } else if header.front_end.is_some() && !cfg!(feature = "front-end") {
+        Some("front-end")
+    } else if !header.action_kind.is_built() {
+        Some("action-programs")
+    } else {
+        None
+    };
+    match missing {
+        Some(feature) => Err(VerifyError::Unsupported { feature }),
+        None => Ok(()),
     }
-    if !header.write_distribution.is_built() {
-        return Err(VerifyError::WritesNotBuilt(header.write_distribution));
-    }
-    if header.front_end.is_some() && !cfg!(feature = "front-end") {
-        return Err(VerifyError::FrontEndUnsupported);
-    }
-    if !header.action_kind.is_built() {
-        return Err(VerifyError::ActionProgramsNotBuilt);
-    }
+}
+
+pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
+    check_features(header)?;
     require(
         "programs",
         count(tables.programs),

@@ -4,6 +4,7 @@ use super::header::{at_most, count, require};
 use super::{MAX_WORDS, VerifyError};
 use crate::blob::{ActionKind, Header, InitialValues, MemoryModel};
 use crate::isa::{Destination, Group, Op, Operand, REGISTERS, SLOTS};
+use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables, Target, TeamId, span};
 
 /// Checks every program and returns where team memory begins.
@@ -69,54 +70,46 @@ pub(super) fn has_constants(
 ///
 /// A program without one names the start of its registers, so that it has one encoding.
 fn output_in_place(header: &Header, program: &Program) -> bool {
-    let layout = Layout::new(header, program);
+    let operands = Operands::new(header, program);
     let output = usize::from(program.output);
     match (header.action_kind, program.target) {
         (ActionKind::Discrete, _) | (_, Target::Team(_)) => program.output == program.state_start,
-        (ActionKind::Each, Target::Atomic(_)) => layout.is_scalar(output),
+        (ActionKind::Each, Target::Atomic(_)) => operands.is_scalar(output),
         (ActionKind::Continuous, Target::Atomic(_)) if header.actions == 1 => {
-            layout.is_scalar(output)
+            operands.is_scalar(output)
         }
-        (ActionKind::Continuous, Target::Atomic(_)) => layout.is_vector(output),
+        (ActionKind::Continuous, Target::Atomic(_)) => operands.is_vector(output),
     }
 }
 
-/// Where a program's registers and the observation lie in the state.
-struct Layout {
+/// What the fields of a program's instructions may refer to.
+struct Operands {
     width: usize,
     observation: usize,
     window: usize,
-    scalars: (usize, usize),
-    vectors: (usize, usize),
-    matrices: (usize, usize),
+    registers: RegisterMap,
 }
 
-impl Layout {
+impl Operands {
     fn new(header: &Header, program: &Program) -> Self {
-        let width = usize::from(header.width);
-        let [s, v, m] = program.registers.map(usize::from);
-        let scalars = usize::from(program.state_start);
-        let (vectors, matrices) = (scalars + s, scalars + s + v * width);
-        Layout {
-            width,
+        Operands {
+            width: usize::from(header.width),
             observation: usize::from(header.observation_len),
             window: usize::from(header.window),
-            scalars: (scalars, vectors),
-            vectors: (vectors, matrices),
-            matrices: (matrices, matrices + m * width * width),
+            registers: RegisterMap::of(header, program),
         }
     }
 
     fn is_scalar(&self, at: usize) -> bool {
-        within(self.scalars, at)
+        matches!(self.registers.locate(at), Some(Location::Scalar(_)))
     }
 
     fn is_vector(&self, at: usize) -> bool {
-        within(self.vectors, at) && (at - self.vectors.0).is_multiple_of(self.width)
+        matches!(self.registers.locate(at), Some(Location::Vector(_, 0)))
     }
 
     fn is_matrix(&self, at: usize) -> bool {
-        within(self.matrices, at) && (at - self.matrices.0).is_multiple_of(self.width * self.width)
+        matches!(self.registers.locate(at), Some(Location::Matrix(_, 0)))
     }
 
     fn is_destination(&self, kind: Destination, at: usize) -> bool {
@@ -135,15 +128,22 @@ impl Layout {
             Operand::S => at < self.observation || self.is_scalar(at),
             Operand::V => at + width <= self.window || self.is_vector(at),
             Operand::M => at + width * width <= self.window || self.is_matrix(at),
-            Operand::VElement => at < self.window || within(self.vectors, at),
-            Operand::MElement => at < self.window || within(self.matrices, at),
-            Operand::SOrVElement => {
-                at < self.window || self.is_scalar(at) || within(self.vectors, at)
-            }
+            Operand::VElement => matches!(
+                self.registers.locate(at),
+                Some(Location::Window(_) | Location::Vector(..))
+            ),
+            Operand::MElement => matches!(
+                self.registers.locate(at),
+                Some(Location::Window(_) | Location::Matrix(..))
+            ),
+            Operand::SOrVElement => matches!(
+                self.registers.locate(at),
+                Some(Location::Window(_) | Location::Scalar(_) | Location::Vector(..))
+            ),
             Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => at < SLOTS,
             Operand::VectorIndex => at < width,
             Operand::MatrixIndex => at < width * width,
-            // Where cells lie is known once all programs are checked.
+            // The place of the cells is known only after all programs are checked.
             Operand::Cell => true,
         }
     }
@@ -159,7 +159,7 @@ fn check_code(
     program: &Program,
     number: u16,
 ) -> Result<(), VerifyError> {
-    let layout = Layout::new(header, program);
+    let operands = Operands::new(header, program);
     for (index, bytes) in tables.code(program).iter().enumerate() {
         let instruction_number = index as u16;
         let Some(instruction) = Instruction::from_bytes(bytes) else {
@@ -194,10 +194,10 @@ fn check_code(
         let fields = [
             (
                 'd',
-                layout.is_destination(op.destination(), usize::from(instruction.d)),
+                operands.is_destination(op.destination(), usize::from(instruction.d)),
             ),
-            ('a', layout.is_source(a, usize::from(instruction.a))),
-            ('b', layout.is_source(b, usize::from(instruction.b))),
+            ('a', operands.is_source(a, usize::from(instruction.a))),
+            ('b', operands.is_source(b, usize::from(instruction.b))),
             // A write of indexed memory stores register c in column c: all must be there.
             ('d', op != Op::MemWrite || usize::from(scalars) == REGISTERS),
         ];

@@ -1,5 +1,8 @@
 //! `tpg-controller`: executes a policy for a plant in another process; needs the runtime alone.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -7,7 +10,7 @@ use anyhow::Context as _;
 use clap::Parser;
 use tpg_runtime::Policy;
 use tpg_sim_bridge::message::Role;
-use tpg_sim_bridge::{BridgeError, LinkArgs, Server};
+use tpg_sim_bridge::{BridgeError, LinkArgs, Server, Status, note};
 
 /// Execute a policy for a plant in another process.
 ///
@@ -16,8 +19,7 @@ use tpg_sim_bridge::{BridgeError, LinkArgs, Server};
 #[command(
     name = "tpg-controller",
     version,
-    after_help = "Exit status: 0 done, 1 our fault, 2 usage, 3 bad policy, 4 plant missing, dead or foreign, 130 interrupted.\n\n\
-                  Example:\n  tpg-controller champion.tpg --run bench"
+    after_help = Status::help("Example:\n  tpg-controller champion.tpg --run bench")
 )]
 struct Args {
     /// Exported policy.
@@ -27,20 +29,18 @@ struct Args {
     link: LinkArgs,
 }
 
-/// Exit status for a file that cannot be used.
-const BAD_INPUT: u8 = 3;
-
 fn main() -> ExitCode {
     let args = Args::parse();
     let Err(error) = run(&args) else {
-        return ExitCode::SUCCESS;
+        return Status::Fine.into();
     };
     let bridge = error.downcast_ref::<BridgeError>();
-    // Whoever started both says that the loop was interrupted.
+    // `tpg-hil`, which started both, reports the interruption.
     if !(args.link.attached && matches!(bridge, Some(BridgeError::Interrupted))) {
-        eprintln!("error: {error:#}");
+        note(format_args!("error: {error:#}"));
     }
-    ExitCode::from(bridge.map_or(BAD_INPUT, BridgeError::status))
+    // Whatever the bridge does not report comes from the policy's file.
+    bridge.map_or(Status::BadInput, BridgeError::status).into()
 }
 
 fn run(args: &Args) -> anyhow::Result<()> {

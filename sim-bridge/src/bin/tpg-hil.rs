@@ -1,15 +1,20 @@
 //! `tpg-hil`: scores a policy in another process than the simulator; `tpg hil` starts it.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser as _;
 use tpg_sim_bridge::hil::{self, HilArgs};
+use tpg_tasks::console::report;
+use tpg_tasks::exit_status::Status;
 
 fn main() -> ExitCode {
     let forwarded: Vec<OsString> = std::env::args_os().skip(1).collect();
     match hil::run(HilArgs::parse(), &forwarded) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
+        Ok(()) => Status::Fine.into(),
+        Err(failure) => report(&failure),
     }
 }

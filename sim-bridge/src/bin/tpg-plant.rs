@@ -1,5 +1,8 @@
 //! `tpg-plant`: simulates a task for a controller in another process.
 
+// These macros panic where the output is closed.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -8,8 +11,8 @@ use tpg_runtime::Policy;
 use tpg_sim_bridge::message::Role;
 use tpg_sim_bridge::{
     BridgeError, ControllerArgs, LinkArgs, Outcome, PaceArgs, Paced, RemoteController, failure,
-    status,
 };
+use tpg_tasks::console::report;
 use tpg_tasks::eval::{EvaluationError, evaluate};
 use tpg_tasks::exit_status::{Failure, Status};
 use tpg_tasks::score::ScoreArgs;
@@ -22,8 +25,7 @@ use tpg_tasks::score::ScoreArgs;
 #[command(
     name = "tpg-plant",
     version,
-    after_help = "Exit status: 0 done, 1 our fault, 2 usage, 3 bad policy, 4 controller missing, dead or foreign, 130 interrupted.\n\n\
-                  Example:\n  tpg-plant champion.tpg --run bench --episodes 5 --json"
+    after_help = Status::help("Example:\n  tpg-plant champion.tpg --run bench --episodes 5 --json")
 )]
 struct Args {
     #[command(flatten)]
@@ -40,10 +42,10 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let attached = args.link.attached;
     match run(args) {
-        Ok(()) => ExitCode::SUCCESS,
-        // Whoever started both says that the loop was interrupted.
+        Ok(()) => Status::Fine.into(),
+        // `tpg-hil`, which started both, reports the interruption.
         Err(failure) if attached && failure.status == Status::Interrupted => failure.status.into(),
-        Err(failure) => failure.report(),
+        Err(failure) => report(&failure),
     }
 }
 
@@ -68,7 +70,7 @@ fn run(args: Args) -> Result<(), Failure> {
         link.announce(Role::Controller, pid);
     }
     let cut_short =
-        |error: EvaluationError<BridgeError>| Failure::new(status(&error.source), error);
+        |error: EvaluationError<BridgeError>| Failure::new(error.source.status(), error);
     let (episodes, latency, losses, timing) = if pace.realtime {
         let paced = Paced::new(remote, pace.max_misses).map_err(failure)?;
         let mut controller = setup.disturbed(&arena, paced)?;

@@ -1,4 +1,4 @@
-//! Requests and answers: numbered, with a deadline on every wait; a request whose answer is lost is sent again.
+//! Numbered requests and answers, with a deadline on every wait; a request without an answer is sent again.
 
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -45,7 +45,7 @@ impl Line {
     /// # Errors
     /// [`BridgeError::CannotOpen`].
     pub fn open(place: &SerialPath, timeout: Duration) -> Result<Self, BridgeError> {
-        // Another conversation's answers, still on the line, shall not have our numbers.
+        // Answers of an earlier conversation may still be on the line; they must not have our numbers.
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         let seq = now.map_or(0, |now| now.subsec_nanos());
         Ok(Line {
@@ -71,7 +71,7 @@ impl Line {
             Answer::Identity(identity) => Some(identity),
             _ => None,
         })?;
-        let identity = identity.ok_or_else(|| self.nonsense("kind of answer to a greeting"))?;
+        let identity = identity.ok_or_else(|| self.invalid("kind of answer to a greeting"))?;
         self.losses.damaged_there_before = identity.damaged.into();
         if identity.protocol != PROTOCOL {
             return Err(BridgeError::OtherBoard {
@@ -216,8 +216,8 @@ impl Line {
         }
     }
 
-    pub(super) fn nonsense(&self, what: &'static str) -> BridgeError {
-        BridgeError::Nonsense {
+    pub(super) fn invalid(&self, what: &'static str) -> BridgeError {
+        BridgeError::Invalid {
             peer: crate::message::Role::Controller,
             what,
             got: "another one".into(),
@@ -232,5 +232,5 @@ impl Line {
 
 /// Whether observation and action of a policy fit the messages.
 pub(super) fn fits(header: &Header) -> Result<(), BridgeError> {
-    crate::contract::check_sizes(header)
+    crate::handshake::check_sizes(header)
 }

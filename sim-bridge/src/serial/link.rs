@@ -63,15 +63,15 @@ impl SerialLink {
     fn accept(&self, reply: Result<ActionMessage, Refused>) -> Result<ActionMessage, BridgeError> {
         reply.map_err(|refused| match refused {
             Refused::Board(refusal, detail) => self.line.refused(refusal, detail),
-            Refused::Nonsense(what) => self.line.nonsense(what),
+            Refused::Invalid(what) => self.line.invalid(what),
         })
     }
 }
 
-/// Why an answer is none.
+/// Why an answer cannot be used.
 enum Refused {
     Board(tpg_runtime::wire::Refusal, u32),
-    Nonsense(&'static str),
+    Invalid(&'static str),
 }
 
 fn translate(seq: u64, answer: Answer<'_>) -> Result<ActionMessage, Refused> {
@@ -93,7 +93,7 @@ fn translate(seq: u64, answer: Answer<'_>) -> Result<ActionMessage, Refused> {
         } => {
             let (values, rest) = values.as_chunks::<4>();
             if !rest.is_empty() || values.len() > MAX_ACTION {
-                return Err(Refused::Nonsense("length of an action"));
+                return Err(Refused::Invalid("length of an action"));
             }
             reply.kind = Response::Continuous.code();
             reply.instructions = instructions;
@@ -103,7 +103,7 @@ fn translate(seq: u64, answer: Answer<'_>) -> Result<ActionMessage, Refused> {
             }
         }
         Answer::Refused { refusal, detail } => return Err(Refused::Board(refusal, detail)),
-        Answer::Identity(_) => return Err(Refused::Nonsense("kind of answer")),
+        Answer::Identity(_) => return Err(Refused::Invalid("kind of answer")),
     }
     Ok(reply)
 }

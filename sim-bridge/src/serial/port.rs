@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::BridgeError;
 
-/// Bits a second of a tty, unless it is given.
+/// Bits per second of a tty by default.
 const RATE: u32 = 115_200;
 
 /// Where a controller is: `serial:PATH` or `serial:PATH@RATE`.
@@ -18,7 +18,7 @@ const RATE: u32 = 115_200;
 pub struct SerialPath {
     /// A tty, or a Unix socket such as that of an emulator's serial line.
     pub path: String,
-    /// Bits a second, of a tty.
+    /// Bits per second; ignored for a socket.
     pub rate: u32,
 }
 
@@ -30,12 +30,12 @@ impl FromStr for SerialPath {
             .strip_prefix("serial:")
             .filter(|place| !place.is_empty());
         let place = place.ok_or_else(|| {
-            format!("{text:?} is no controller: use serial:PATH, such as serial:/dev/ttyACM0")
+            format!("{text:?} is not a controller: use serial:PATH, such as serial:/dev/ttyACM0")
         })?;
         let (path, rate) = match place.rsplit_once('@') {
             Some((path, rate)) => match rate.parse() {
                 Ok(rate) if rate > 0 => (path, rate),
-                _ => return Err(format!("{rate:?} is no rate in bits a second")),
+                _ => return Err(format!("{rate:?} is not a rate in bits per second")),
             },
             None => (place, RATE),
         };

@@ -71,6 +71,6 @@ fn step(line: &mut Line, request: Request<'_>) -> Result<(), BridgeError> {
     })?;
     answer.map_err(|refused: Option<(Refusal, u32)>| match refused {
         Some((refusal, detail)) => line.refused(refusal, detail),
-        None => line.nonsense("kind of answer"),
+        None => line.invalid("kind of answer"),
     })
 }

@@ -1,7 +1,7 @@
 //! Small policies made by hand.
 
 use tpg_runtime::blob::{
-    ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope, encode, encoded_bound,
+    ActionKind, Header, MemoryModel, RegisterMode, ResetScope, encode, encoded_bound,
 };
 use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::{Instruction, Program, Tables, Target, Team};
@@ -22,35 +22,19 @@ fn labels(count: u16) -> String {
     (0..count).map(|k| format!("x{k}\t1\n")).collect()
 }
 
-const EMPTY: Tables<'static> = Tables {
-    teams: &[],
-    members: &[],
-    programs: &[],
-    code: &[],
-    constants: &[],
-    cells: &[],
-    memory: &[],
-    front_end: &[],
-    labels: "",
-    task: "",
-    observability: "none",
-};
-
 /// Balances the cart-pole for a while: pushes to where the pole falls, misled by a memory that is written at random.
 ///
 /// State: observation 0..4, register of program 0 at 4, registers of program 1 at 5 and 6, the slot at 7.
 pub fn cartpole(provenance: u8) -> Vec<u8> {
     let program = |code_start, code_len, action, state_start, scalars| {
-        Program {
-            code_start,
-            code_len,
-            target: Target::Atomic(action),
-            constants_start: 0,
-            state_start,
-            output: state_start,
-            registers: [scalars, 0, 0],
-        }
-        .to_bytes()
+        let mut program = Program::default();
+        program.code_start = code_start;
+        program.code_len = code_len;
+        program.target = Target::Atomic(action);
+        program.state_start = state_start;
+        program.output = state_start;
+        program.registers = [scalars, 0, 0];
+        program.to_bytes()
     };
     let (angle, speed, none) = (2, 3, 0);
     let code = code(&[
@@ -60,45 +44,38 @@ pub fn cartpole(provenance: u8) -> Vec<u8> {
         (Op::Add, 5, angle, speed),
         (Op::Add, 5, 5, 6),
     ]);
-    let team = Team {
-        members_len: 2,
-        slots: [1, 0, 0],
-        stream_key: 7,
-        memory_start: 7,
-        ..Team::default()
-    };
-    let header = Header {
-        body_bytes: 0,
-        words: 8,
-        programs: 2,
-        teams: 1,
-        streams: 1,
-        width: 1,
-        observation_len: 4,
-        window: 4,
-        actions: 2,
-        action_kind: ActionKind::Discrete,
-        register_mode: RegisterMode::Stateful,
-        initial_values: InitialValues::Zero,
-        reset_scope: ResetScope::PerEpisode,
-        memory_model: MemoryModel::Team,
-        write_distribution: tpg_runtime::blob::WriteDistribution::Thesis,
-        front_end: None,
-        groups: Group::Scalar.bit() | Group::TeamMemory.bit(),
-        action_low: 0.0,
-        action_high: 0.0,
-        control_period_us: 20_000,
-        provenance: [provenance; 16],
-    };
-    let tables = Tables {
-        teams: &[team.to_bytes()],
-        members: &[0u16.to_le_bytes(), 1u16.to_le_bytes()],
-        programs: &[program(0, 2, 0, 4, 1), program(2, 3, 1, 5, 2)],
-        code: &code,
-        labels: &labels(4),
-        task: "cartpole-v1",
-        ..EMPTY
-    };
+    let mut team = Team::default();
+    team.members_len = 2;
+    team.slots = [1, 0, 0];
+    team.stream_key = 7;
+    team.memory_start = 7;
+    let mut header = Header::default();
+    header.words = 8;
+    header.programs = 2;
+    header.teams = 1;
+    header.streams = 1;
+    header.width = 1;
+    header.observation_len = 4;
+    header.window = 4;
+    header.actions = 2;
+    header.register_mode = RegisterMode::Stateful;
+    header.reset_scope = ResetScope::PerEpisode;
+    header.memory_model = MemoryModel::Team;
+    header.groups = Group::Scalar.bit() | Group::TeamMemory.bit();
+    header.control_period_us = 20_000;
+    header.provenance = [provenance; 16];
+    let teams = [team.to_bytes()];
+    let members = [0u16.to_le_bytes(), 1u16.to_le_bytes()];
+    let programs = [program(0, 2, 0, 4, 1), program(2, 3, 1, 5, 2)];
+    let labels = labels(4);
+    let mut tables = Tables::default();
+    tables.teams = &teams;
+    tables.members = &members;
+    tables.programs = &programs;
+    tables.code = &code;
+    tables.labels = &labels;
+    tables.task = "cartpole-v1";
+    tables.observability = "none";
     blob(&header, &tables)
 }
 
@@ -112,51 +89,38 @@ pub fn hopper() -> Vec<u8> {
         (Op::Sub, bid, bid, height),
         (Op::VScale, output, bid, joint_speeds),
     ]);
-    let program = Program {
-        code_start: 0,
-        code_len: 3,
-        target: Target::Atomic(0),
-        constants_start: 0,
-        state_start: bid,
-        output,
-        registers: [1, 1, 0],
-    };
-    let team = Team {
-        members_len: 1,
-        memory_start: 18,
-        ..Team::default()
-    };
-    let header = Header {
-        body_bytes: 0,
-        words: 18,
-        programs: 1,
-        teams: 1,
-        streams: 0,
-        width: 3,
-        observation_len: 11,
-        window: 11,
-        actions: 3,
-        action_kind: ActionKind::Continuous,
-        register_mode: RegisterMode::Stateless,
-        initial_values: InitialValues::Zero,
-        reset_scope: ResetScope::EveryDecision,
-        memory_model: MemoryModel::None,
-        write_distribution: tpg_runtime::blob::WriteDistribution::Thesis,
-        front_end: None,
-        groups: Group::Scalar.bit() | Group::Vector.bit(),
-        action_low: -1.0,
-        action_high: 1.0,
-        control_period_us: 8_000,
-        provenance: [0; 16],
-    };
-    let tables = Tables {
-        teams: &[team.to_bytes()],
-        members: &[0u16.to_le_bytes()],
-        programs: &[program.to_bytes()],
-        code: &code,
-        labels: &labels(14),
-        task: "hopper-v4",
-        ..EMPTY
-    };
+    let mut program = Program::default();
+    program.code_len = 3;
+    program.state_start = bid;
+    program.output = output;
+    program.registers = [1, 1, 0];
+    let mut team = Team::default();
+    team.members_len = 1;
+    team.memory_start = 18;
+    let mut header = Header::default();
+    header.words = 18;
+    header.programs = 1;
+    header.teams = 1;
+    header.width = 3;
+    header.observation_len = 11;
+    header.window = 11;
+    header.actions = 3;
+    header.action_kind = ActionKind::Continuous;
+    header.reset_scope = ResetScope::EveryDecision;
+    header.groups = Group::Scalar.bit() | Group::Vector.bit();
+    header.action_low = -1.0;
+    header.action_high = 1.0;
+    header.control_period_us = 8_000;
+    let (teams, members) = ([team.to_bytes()], [0u16.to_le_bytes()]);
+    let programs = [program.to_bytes()];
+    let labels = labels(14);
+    let mut tables = Tables::default();
+    tables.teams = &teams;
+    tables.members = &members;
+    tables.programs = &programs;
+    tables.code = &code;
+    tables.labels = &labels;
+    tables.task = "hopper-v4";
+    tables.observability = "none";
     blob(&header, &tables)
 }

@@ -28,7 +28,7 @@ enum Place {
 const HOST: [&str; 4] = [
     "trainer/tasks/src/task/",
     "trainer/tasks/src/stats/",
-    "trainer/src/frontend/",
+    "trainer/src/front_end/",
     "trainer/src/tune/",
 ];
 

@@ -4,7 +4,7 @@ use tpg_runtime::Policy;
 use tpg_runtime::isa::{Destination, Group, Op, Operand};
 use tpg_runtime::tables::Section;
 use tpg_tasks::task::Rng;
-use tpg_trainer::config::{Blueprint, Config};
+use tpg_trainer::config::{Config, Settings};
 use tpg_trainer::evolve::{Action, Genes, Instruction, Population, Program, Source, Team};
 use tpg_trainer::lower::{Mode, lower};
 
@@ -27,8 +27,8 @@ pub struct Size {
 /// of its rows. All other instructions are drawn as evolution draws them, each operation of the groups scalar, vector and
 /// constants equally often, but for what touches matrices.
 pub fn population(config: &Config, size: Size, seed: u64) -> Population {
-    let blueprint = Blueprint::new(config).expect("a sound configuration");
-    let mut genes = blueprint.genes.clone();
+    let settings = Settings::new(config).expect("a sound configuration");
+    let mut genes = settings.genes.clone();
     genes.ops = Genes::ops_of(&[Group::Scalar, Group::Vector, Group::Constants]);
     genes.ops.retain(|op| *op != Op::ReloadM);
     let mut rng = Rng::new(seed);
@@ -54,8 +54,8 @@ pub fn population(config: &Config, size: Size, seed: u64) -> Population {
         population.roots.push(root);
     }
     let root = population.roots[0];
-    let contract = &blueprint.contract;
-    let blob = lower(&population, root, contract, [0; 16], None, Mode::Compact);
+    let policy_spec = &settings.policy_spec;
+    let blob = lower(&population, root, policy_spec, [0; 16], None, Mode::Compact);
     let blob = blob.expect("within the format's limits");
     let policy = Policy::load(&blob).expect("a sound policy");
     let expected = (size.programs * size.instructions) as u32;

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use tpg_runtime::Action;
 use tpg_tasks::eval::Arena;
 use tpg_tasks::task::{Rng, Spec, Step, Task, Terms, Wrappers, create};
-use tpg_trainer::config::Blueprint;
+use tpg_trainer::config::Settings;
 use tpg_trainer::pool::Pool;
-use tpg_trainer::session::{Session, Snapshot};
+use tpg_trainer::session::{LogMark, Session, Snapshot};
 
 use super::config;
 use super::fixture::{self, Size};
@@ -76,12 +76,12 @@ pub fn point(args: &[String]) {
         products: programs,
     };
     let population = fixture::population(&config, size, 1);
-    let blueprint = Blueprint::new(&config).expect("a sound configuration");
+    let settings = Settings::new(&config).expect("a sound configuration");
     let task = OneStep {
         spec: create(&config.task).expect("a task").spec().clone(),
         rng: Rng::new(1),
     };
-    let wrappers = Wrappers::new(&blueprint.observability, task.spec()).expect("they fit");
+    let wrappers = Wrappers::new(&settings.observability, task.spec()).expect("they fit");
     let mut pool = Pool::new(vec![Arena::new(Box::new(task), wrappers)]);
     let mut session = Session::with_population(config, 1, population).expect("sound");
     session.advance(&mut pool).expect("it can be scored");
@@ -99,7 +99,9 @@ pub fn point(args: &[String]) {
     ];
     let started = Instant::now();
     let path = std::env::temp_dir().join(format!("tpg-bench-{}", std::process::id()));
-    Snapshot::new(&session).save(&path).expect("room on disk");
+    Snapshot::new(&session)
+        .save(&path, Vec::new(), LogMark::default())
+        .expect("room on disk");
     let checkpoint = started.elapsed();
     std::fs::remove_file(&path).expect("it was written");
     let milliseconds = |time: Duration| time.as_secs_f64() * 1e3 / f64::from(GENERATIONS);

@@ -5,10 +5,10 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use tpg_tasks::eval::{Arena, Domain, episode_seed};
 use tpg_tasks::task::{self, Wrappers};
-use tpg_trainer::config::{Blueprint, Config};
+use tpg_trainer::config::{Config, Settings};
 use tpg_trainer::evolve::Population;
 use tpg_trainer::pool::Pool;
-use tpg_trainer::session::{Session, Snapshot};
+use tpg_trainer::session::{LogMark, Session, Snapshot};
 
 use super::fixture::{self, Size};
 use super::replay::{self, HALF_CHEETAH, HOPPER, Recording, Robot, Tape};
@@ -105,22 +105,22 @@ fn measure(preset: &str, robot: &Robot, roots: usize, products: usize) -> (u64, 
         products,
     };
     let population = fixture::population(&config, size, SEED);
-    let blueprint = Blueprint::new(&config).expect("a sound configuration");
+    let settings = Settings::new(&config).expect("a sound configuration");
     let tape = Tape::default();
     let task = task::create(&config.task).expect("a task");
-    let wrappers = Wrappers::new(&blueprint.observability, task.spec()).expect("they fit");
+    let wrappers = Wrappers::new(&settings.observability, task.spec()).expect("they fit");
     let recording = Arena::new(Box::new(Recording::new(task, &tape)), wrappers);
     let (steps, _) = train(&config, &population, &mut Pool::new(vec![recording]));
     let tape = std::mem::take(&mut *tape.lock().expect("no panic"));
     let seeds: Vec<u64> = (0..GENERATIONS)
         .flat_map(|generation| {
-            (0..u64::from(blueprint.episodes))
+            (0..u64::from(settings.episodes))
                 .map(move |k| episode_seed(Domain::Train, SEED, generation, k))
         })
         .collect();
-    let mut arena = blueprint.arena().expect("a task");
+    let mut arena = settings.arena().expect("a task");
     let rounds = (0..ROUNDS).map(|_| {
-        let mut pool = Pool::new(vec![blueprint.arena().expect("a task")]);
+        let mut pool = Pool::new(vec![settings.arena().expect("a task")]);
         let (again, mut round) = train(&config, &population, &mut pool);
         assert_eq!(again, steps, "not the run that was recorded");
         round.bare = replay::bare(robot, &tape).as_secs_f64();
@@ -141,7 +141,9 @@ fn train(config: &Config, population: &Population, pool: &mut Pool) -> (u64, Rou
         session.advance(pool).expect("it can be scored");
     }
     let trained = started.elapsed();
-    Snapshot::new(&session).save(&path).expect("room on disk");
+    Snapshot::new(&session)
+        .save(&path, Vec::new(), LogMark::default())
+        .expect("room on disk");
     let whole = started.elapsed();
     std::fs::remove_file(&path).expect("it was written");
     let spent = pool.spent();

@@ -1,17 +1,20 @@
 //! `tpg eval`
 
 use std::fs::File;
-use std::io::{BufWriter, Write as _};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use tpg_runtime::{HostAgent, Policy};
 
-use tpg_tasks::eval::{Arena, ConstantController, Episode, RandomController, evaluate};
+use tpg_tasks::console::{print, print_json};
+use tpg_tasks::eval::{
+    Arena, ConstantController, Episode, EvaluationError, RandomController, evaluate,
+};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::score::{ScoreArgs, Setup, print_json};
+use tpg_tasks::score::{ScoreArgs, Setup};
 use tpg_tasks::stats;
 use tpg_tasks::task::stack_text;
-use tpg_tasks::trace::{Header, Recording};
+use tpg_tasks::trace::{Header, RecordError, TracingController};
 
 /// Arguments of `tpg eval`.
 #[derive(Debug, clap::Args)]
@@ -54,22 +57,15 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
         }
         print_json(&value)?;
     } else {
-        let mut out = std::io::stdout().lock();
-        writeln!(out, "{report}")?;
+        print(report)?;
         for (name, returns) in &baselines {
             let [low, high] = stats::bootstrap_mean_95(returns);
             let name = format!("{name} policy");
-            writeln!(
-                out,
-                "{name:<14} {:.2} [{low:.2}, {high:.2}]",
-                stats::mean(returns)
-            )?;
+            let mean = stats::mean(returns);
+            print(format_args!("{name:<14} {mean:.2} [{low:.2}, {high:.2}]"))?;
         }
         if !baselines.is_empty() {
-            writeln!(
-                out,
-                "intervals      95 %, bootstrap; all on the same episodes"
-            )?;
+            print("intervals      95 %, bootstrap; all on the same episodes")?;
         }
     }
     Ok(Status::Fine)
@@ -89,15 +85,22 @@ fn record(
         setup.seed,
         setup.episodes,
     );
-    let file = File::create(path).or_usage(format!("cannot create {}", path.display()))?;
-    let mut recording = Recording::new(agent, header, BufWriter::new(file))?;
+    let file = File::create(path).or_unwritable(path)?;
+    let recording = TracingController::new(agent, header, BufWriter::new(file));
+    let mut recording = recording.or_unwritable(path)?;
     let mut controller = setup.disturbed(arena, &mut recording)?;
-    let episodes = evaluate(arena, &mut controller, setup.episode_seeds())?;
-    recording.finish()?;
+    let episodes = match evaluate(arena, &mut controller, setup.episode_seeds()) {
+        Err(EvaluationError {
+            source: RecordError::Write(error),
+            ..
+        }) => return Err(error).or_unwritable(path),
+        episodes => episodes?,
+    };
+    recording.finish().or_unwritable(path)?;
     Ok(episodes)
 }
 
-/// Returns of policies that know nothing, on the same episodes.
+/// Returns of the baseline policies on the same episodes.
 fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
     let mut arena = setup.arena()?;
     let actions = arena.task().spec().actions;

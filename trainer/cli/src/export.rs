@@ -1,22 +1,93 @@
 //! `tpg export`
 
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use tpg_runtime::Policy;
 
+use tpg_tasks::console::{command_line, print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::score::print_json;
 use tpg_tools::export;
 
-/// Words of C that a module cannot be named after.
+/// Words of C and C++, and names within a module, that a module cannot be named after.
 const RESERVED: &[&str] = &[
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
-    "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "register",
-    "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef",
-    "union", "unsigned", "void", "volatile", "while", "bool", "true", "false", "copy", "clamp",
-    "or_zero", "limited", "join", "cells", "chances", "self", "main",
+    "auto",
+    "break",
+    "case",
+    "char",
+    "const",
+    "continue",
+    "default",
+    "do",
+    "double",
+    "else",
+    "enum",
+    "extern",
+    "float",
+    "for",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "register",
+    "restrict",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "struct",
+    "switch",
+    "typedef",
+    "union",
+    "unsigned",
+    "void",
+    "volatile",
+    "while",
+    "bool",
+    "true",
+    "false",
+    "copy",
+    "clamp",
+    "or_zero",
+    "limited",
+    "join",
+    "self",
+    "main",
+    "alignas",
+    "alignof",
+    "and",
+    "asm",
+    "catch",
+    "class",
+    "compl",
+    "constexpr",
+    "decltype",
+    "delete",
+    "explicit",
+    "export",
+    "friend",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "nullptr",
+    "operator",
+    "or",
+    "private",
+    "protected",
+    "public",
+    "template",
+    "this",
+    "throw",
+    "try",
+    "typeid",
+    "typename",
+    "using",
+    "virtual",
+    "xor",
 ];
 
 /// Arguments of `tpg export`.
@@ -28,7 +99,7 @@ pub(crate) struct Args {
     /// Write the policy as a Rust module that needs tpg-runtime alone.
     #[arg(long, value_name = "OUT.rs", required_unless_present = "c")]
     rust: Option<PathBuf>,
-    /// Write the policy as C11: OUT.c and OUT.h; names in it begin with the file's.
+    /// Write the policy as C (C99 or later, or C++17): OUT.c and OUT.h; names in it begin with the file's.
     #[arg(long, value_name = "OUT.c")]
     c: Option<PathBuf>,
     /// Print one JSON object to standard output.
@@ -43,17 +114,17 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let mut written = Vec::new();
     let name = args.c.as_deref().map(module_name).transpose()?;
     if let Some(path) = &args.rust {
-        let command = format!("tpg export {file} --rust {}", path.display());
+        let command = export_command(&args.file, "--rust", path);
         written.push((path.clone(), export::rust(&policy, &command)));
     }
     if let (Some(path), Some(name)) = (&args.c, name) {
-        let command = format!("tpg export {file} --c {}", path.display());
+        let command = export_command(&args.file, "--c", path);
         let module = export::c(&policy, name, &command);
         written.push((path.with_extension("c"), module.source));
         written.push((path.with_extension("h"), module.header));
     }
     for (path, text) in &written {
-        fs::write(path, text).or_usage(format!("cannot write {}", path.display()))?;
+        fs::write(path, text).or_unwritable(path)?;
     }
     if args.json {
         let files: Vec<String> = written
@@ -63,15 +134,21 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         print_json(&serde_json::json!({ "files": files }))?;
     } else {
         for (path, text) in &written {
-            writeln!(
-                std::io::stdout().lock(),
+            print(format_args!(
                 "{}: {} lines",
                 path.display(),
                 text.lines().count()
-            )?;
+            ))?;
         }
     }
     Ok(Status::Fine)
+}
+
+/// The command that writes one file, as the file itself names it: without folders, so that the text is the same wherever
+/// it is made.
+fn export_command(policy: &Path, flag: &str, out: &Path) -> String {
+    let base = |path: &Path| path.file_name().unwrap_or_default().display().to_string();
+    command_line(["tpg", "export", &base(policy), flag, &base(out)])
 }
 
 /// The name of a C module: that of its file, which must be an identifier.
@@ -89,7 +166,7 @@ fn module_name(path: &Path) -> Result<&str, Failure> {
         return Ok(name);
     }
     Err(Failure::usage(anyhow::anyhow!(
-        "cannot name a C module {}: give a file such as champion.c, of letters, digits and _, that is no word of C",
+        "cannot name a C module {}: give a file such as champion.c, whose name has only letters, digits and _ and is not a C keyword",
         path.display()
     )))
 }

@@ -1,4 +1,4 @@
-//! `tpg hil` and `tpg update`: external subcommands, so that the trainer need not depend on the bridge.
+//! `tpg hil` and `tpg update`: programs of the bridge, started as subcommands, so that `tpg` need not depend on it.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub(crate) fn run(name: &str, args: &Args) -> Result<Status, Failure> {
 
 /// Becomes the command; returns only if it cannot be started.
 ///
-/// As one process, it alone answers to Ctrl-C, and has cleared up when the shell goes on.
+/// The program takes the place of this process, so that it alone gets Ctrl-C and has cleared up before the shell goes on.
 #[cfg(unix)]
 fn replace(command: &mut Command) -> std::io::Error {
     use std::os::unix::process::CommandExt as _;
@@ -43,7 +43,7 @@ fn replace(command: &mut Command) -> std::io::Error {
 #[cfg(not(unix))]
 fn replace(command: &mut Command) -> std::io::Error {
     match command.status() {
-        Ok(status) => std::process::exit(status.code().unwrap_or(Status::OurFault as i32)),
+        Ok(status) => std::process::exit(status.code().unwrap_or(Status::OurFault.code().into())),
         Err(error) => error,
     }
 }

@@ -1,17 +1,15 @@
 //! `tpg inspect`
 
 use std::fmt;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use serde::Serialize;
 use tpg_runtime::blob::ActionKind;
-use tpg_runtime::frontend::Blank;
 use tpg_runtime::tables::{Program, Target};
 use tpg_runtime::{Capacities, Policy};
 
+use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::score::print_json;
 use tpg_tools::disassemble::{disassemble, dot, inputs_used, svg};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session;
@@ -84,11 +82,7 @@ fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
     let (header, inputs) = (policy.header(), policy.inputs());
     let believed = |column: &u16| front_end.columns.contains(&column.to_le_bytes());
     Some(FrontEndSummary {
-        blank: match front_end.blank {
-            Blank::Zero => "zero",
-            Blank::Hold => "hold",
-            Blank::Believe => "believe",
-        },
+        blank: front_end.fallback.name(),
         degree: front_end.degree,
         believed: (0u16..)
             .zip(inputs)
@@ -123,8 +117,9 @@ struct AsEvolved {
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.file.display();
     let (bytes, whole) = if args.file.is_dir() {
-        let session = session::load(&args.file.join("checkpoint"))
+        let checkpoint = session::load(&args.file.join("checkpoint"))
             .or_bad_input(format!("{file} holds no run"))?;
+        let session = checkpoint.session;
         let whole = session.lower_champion(Mode::Whole);
         (session.export_champion()?, Some(whole?))
     } else {
@@ -138,8 +133,7 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     ];
     for (path, draw) in drawings {
         if let Some(path) = path {
-            let cannot = format!("cannot write {}", path.display());
-            std::fs::write(path, draw(&policy)).or_usage(cannot)?;
+            std::fs::write(path, draw(&policy)).or_unwritable(path)?;
         }
     }
     let mut summary = summarise(&policy, bytes.len());
@@ -153,11 +147,11 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         });
     }
     if args.disassemble {
-        write!(std::io::stdout().lock(), "{}", disassemble(&policy))?;
+        print(disassemble(&policy).trim_end())?;
     } else if args.json {
         print_json(&summary)?;
     } else {
-        writeln!(std::io::stdout().lock(), "{summary}")?;
+        print(summary)?;
     }
     Ok(Status::Fine)
 }

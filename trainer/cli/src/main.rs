@@ -1,5 +1,8 @@
 //! The command `tpg`: its verbs, one file each, and what they share.
 
+// These macros panic where the output is closed; `console` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 mod eval;
 mod experiment;
 mod export;
@@ -15,15 +18,15 @@ mod train;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use tpg_tasks::console::report;
+use tpg_tasks::exit_status::Status;
 
 /// Evolve Tangled Program Graphs, score them, run them in the loop.
 #[derive(Debug, Parser)]
 #[command(
     name = "tpg",
     version,
-    after_help = "Exit status: 0 fine, 1 our fault, 2 usage or configuration, 3 bad input file, \
-                  4 peer or simulator failed, 130 interrupted with a checkpoint.\n\n\
-                  A first run: tpg train cartpole-sr-sm --generations 20 --out runs/first"
+    after_help = Status::help("A first run: tpg train cartpole-sr-sm --generations 20 --out runs/first")
 )]
 struct Cli {
     #[command(subcommand)]
@@ -69,6 +72,6 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(status) => status.into(),
-        Err(failure) => failure.report(),
+        Err(failure) => report(&failure),
     }
 }

@@ -1,11 +1,9 @@
 //! `tpg presets`
 
-use std::io::Write as _;
-
 use serde_json::json;
 
+use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Status};
-use tpg_tasks::score::print_json;
 use tpg_trainer::config::presets;
 
 /// Arguments of `tpg presets`.
@@ -33,9 +31,8 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         print_json(&json!({ "presets": rows }))?;
         return Ok(Status::Fine);
     }
-    let mut out = std::io::stdout().lock();
     for preset in presets {
-        writeln!(out, "{:<36} {}", preset.name, preset.observability)?;
+        print(format_args!("{:<36} {}", preset.name, preset.observability))?;
     }
     Ok(Status::Fine)
 }

@@ -1,13 +1,13 @@
 //! `tpg replay`
 
 use std::fs::File;
-use std::io::{BufReader, Write as _};
+use std::io::BufReader;
 use std::path::PathBuf;
 
 use tpg_runtime::{HostAgent, Policy};
 
+use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::score::print_json;
 use tpg_tasks::trace::{ReplayError, replay};
 
 /// Arguments of `tpg replay`.
@@ -42,10 +42,9 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     if args.json {
         print_json(&serde_json::json!({ "decisions": decisions }))?;
     } else {
-        writeln!(
-            std::io::stdout().lock(),
+        print(format_args!(
             "{decisions} decisions, all bit for bit as recorded"
-        )?;
+        ))?;
     }
     Ok(Status::Fine)
 }

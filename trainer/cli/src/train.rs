@@ -1,15 +1,17 @@
 //! `tpg train`
 
-use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::progress::Progress;
 use crate::interrupt::stop_on_signal;
+use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::task::locate;
+use tpg_tasks::task::{description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
-use tpg_trainer::run_folder::RunFolder;
-use tpg_trainer::session::{Budget, Session, train};
+use tpg_trainer::monitor::Monitor;
+use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
+use tpg_trainer::session::{Budget, GenerationReport, Session, train};
 
 /// Generations of a run that names no budget.
 const DEFAULT_GENERATIONS: u64 = 100;
@@ -32,12 +34,12 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Train until this many generations are complete.
-    #[arg(long, value_name = "N", group = "budget")]
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..))]
     generations: Option<u64>,
     /// Train to the end of the generation that reaches this many environment steps.
-    #[arg(long, value_name = "N", group = "budget")]
+    #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..))]
     steps: Option<u64>,
-    /// Train to the end of the generation that reaches this many minutes of training.
+    /// Train for this many minutes; a generation that is not done by then does not count.
     #[arg(long, value_name = "M", group = "budget", value_parser = positive_minutes)]
     minutes: Option<f64>,
     /// Task in place of the preset's: its name, or the path of the TOML file that describes it.
@@ -60,6 +62,23 @@ pub(crate) struct Args {
     /// Go on with the run in this folder; budgets count from its very start.
     #[arg(long, value_name = "DIR")]
     resume: Option<PathBuf>,
+    /// Go on although the files of the run's task have changed; scores of before and after cannot be compared.
+    #[arg(long, requires = "resume")]
+    accept_changed_task: bool,
+    /// Generations between two rows of log.csv; a row takes about 100 bytes.
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "resume", value_parser = clap::value_parser!(u64).range(1..))]
+    log_every: u64,
+    /// Latest champions that stay in the folder champions/; 0 for all.
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "resume")]
+    keep_champions: usize,
+    /// Seconds between two checkpoints, so what a crash costs at most; 0 for one after each generation.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 20,
+        conflicts_with = "resume"
+    )]
+    checkpoint_every: u64,
 }
 
 fn positive_minutes(text: &str) -> Result<f64, String> {
@@ -80,7 +99,8 @@ impl Args {
     /// The session to begin or to go on with, its folder, and its budget.
     fn open(&self) -> Result<(Session, RunFolder, Budget), Failure> {
         if let Some(folder) = &self.resume {
-            let (folder, session, recorded) = RunFolder::open(folder).map_err(Failure::of)?;
+            let (folder, session, recorded) =
+                RunFolder::open(folder, self.accept_changed_task).map_err(Failure::of)?;
             let budget = self.budget().unwrap_or(recorded);
             return Ok((session, folder, budget));
         }
@@ -106,42 +126,115 @@ impl Args {
         let budget = self
             .budget()
             .unwrap_or(Budget::Generations(DEFAULT_GENERATIONS));
-        let folder = RunFolder::create(out, &session, name, budget).map_err(Failure::of)?;
+        let origin = Origin {
+            preset: name.clone(),
+            budget,
+            command: std::env::args_os()
+                .map(|word| word.to_string_lossy().into_owned())
+                .collect(),
+            keep: Keep {
+                log_every: self.log_every,
+                champions: self.keep_champions,
+                checkpoint_every: self.checkpoint_every,
+            },
+        };
+        let folder = RunFolder::create(out, &session, origin).map_err(Failure::of)?;
         Ok((session, folder, budget))
     }
 }
 
 pub(crate) fn run(args: Args) -> Result<Status, Failure> {
+    let stop = stop_on_signal()?;
     let (mut session, mut folder, budget) = args.open()?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or(cores, usize::from);
-    let mut pool = session.pool(threads).or_usage("bad configuration")?;
-    let stop = stop_on_signal()?;
-    let mut progress = Progress::new(budget, &session);
-    let result = train(&mut session, &mut pool, budget, &stop, |session, report| {
-        progress.show(session, report);
+    let monitor = Arc::new(Monitor::new(stop));
+    let pool = session.pool(threads).or_usage("bad configuration")?;
+    let mut pool = pool.with_monitor(monitor.clone());
+    let mut progress = Progress::new(budget, &session, monitor.clone());
+    let mut stability = Stability::default();
+    let result = train(&mut session, &mut pool, budget, |session, report| {
+        progress.show(report);
+        stability.count(report);
         folder.record(session, report)
     });
     progress.finish();
     result.map_err(Failure::of)?;
     folder.finish(&session).map_err(Failure::of)?;
-    if let Some((_, record)) = session.champion() {
-        eprintln!(
-            "{} after {} generations, {} steps: training score {:.2}; \
-             the mean over fresh episodes is lower: tpg eval {}",
-            folder.champion().display(),
-            session.generation(),
-            session.steps(),
-            record.score,
-            folder.champion().display(),
-        );
-    }
-    if stop.load(Ordering::Relaxed) {
-        eprintln!(
-            "interrupted; go on with: tpg train --resume {}",
-            folder.path().display()
-        );
+    summary(&session, &folder);
+    if monitor.interrupted() {
+        let folder = folder.path().display().to_string();
+        let resume = command_line(["tpg", "train", "--resume", &folder]);
+        note(format_args!("interrupted; go on with: {resume}"));
         return Ok(Status::Interrupted);
     }
-    Ok(Status::Fine)
+    Ok(stability.status())
+}
+
+/// Says where the champion is, and how to score it.
+fn summary(session: &Session, folder: &RunFolder) {
+    let Some((_, record)) = session.champion() else {
+        return note(format_args!(
+            "{}: no generation was completed, so there is no champion yet",
+            folder.path().display()
+        ));
+    };
+    let champion = folder.champion();
+    note(format_args!(
+        "{} after {} generations, {} steps: training score {:.2}; \
+         the mean over fresh episodes is lower: {}",
+        champion.display(),
+        session.generation(),
+        session.steps(),
+        record.score,
+        eval_command(&champion, &session.config().task),
+    ));
+}
+
+/// Counts the episodes that an unstable simulation ended.
+#[derive(Debug, Default)]
+struct Stability {
+    unstable: u64,
+    episodes: u64,
+}
+
+impl Stability {
+    /// Many are a warning.
+    const MANY: f64 = 0.1;
+
+    fn count(&mut self, report: &GenerationReport) {
+        self.unstable += report.unstable;
+        self.episodes += report.episodes;
+        if report.unstable as f64 > Self::MANY * report.episodes as f64 {
+            note(format_args!(
+                "warning: {} of {} episodes of generation {} became unstable and were ended",
+                report.unstable, report.episodes, report.generation
+            ));
+        }
+    }
+
+    /// Says how many there were in all; a run in which all were so has failed.
+    fn status(&self) -> Status {
+        if self.unstable == 0 {
+            return Status::Fine;
+        }
+        note(format_args!(
+            "warning: {} of {} episodes became unstable; check the model, its time step, and the range of its controls",
+            self.unstable, self.episodes
+        ));
+        match self.unstable == self.episodes {
+            true => Status::Peer,
+            false => Status::Fine,
+        }
+    }
+}
+
+/// The command that scores a champion; one of a described task is scored only with the task's file at hand.
+fn eval_command(champion: &Path, task: &str) -> String {
+    let champion = champion.display().to_string();
+    let mut words = vec!["tpg", "eval", &champion];
+    if description_file(task).is_some() {
+        words.extend(["--task", task]);
+    }
+    command_line(words)
 }

@@ -3,6 +3,7 @@
 use std::fs::{self, OpenOptions};
 use std::io::Write as _;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -10,13 +11,16 @@ use cpu_time::{ProcessTime, ThreadTime};
 use tpg_runtime::Policy;
 
 use crate::file::{Cell, Experiment};
-use crate::folder::{Folder, MadeWith};
+use crate::folder::{FORMAT, Folder};
 use crate::row::{CurvePoint, Row, TableError, read_table, write_accesses, write_curve, write_row};
 use crate::score::test;
+use tpg_tasks::console::note;
 use tpg_tasks::eval::Episode;
 use tpg_tasks::exit_status::{Failure, Fault as _};
 use tpg_tasks::stats;
-use tpg_trainer::run_folder::RunFolder;
+use tpg_trainer::made_with::MadeWith;
+use tpg_trainer::monitor::Monitor;
+use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Session, train};
 
 /// Points of a learning curve that are kept, at most.
@@ -30,16 +34,17 @@ pub fn run(
     experiment: &Experiment,
     folder: &Folder,
     cell: &Cell,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
 ) -> Result<Option<Row>, Failure> {
     let work = folder.work(cell);
     let (mut session, mut run_folder) = open(&work, cell)?;
-    let mut pool = session
+    let pool = session
         .pool(experiment.threads)
         .or_usage("bad configuration")?;
+    let mut pool = pool.with_monitor(Arc::new(Monitor::new(stop.clone())));
     let mut cpu = CpuLog::open(&work, session.generation(), experiment.threads)?;
-    let budget = cell.budget.into();
-    train(&mut session, &mut pool, budget, stop, |session, report| {
+    let budget = cell.budget;
+    train(&mut session, &mut pool, budget, |session, report| {
         run_folder.record(session, report).map_err(Failure::of)?;
         cpu.record(report.generation)
     })?;
@@ -55,19 +60,19 @@ pub fn run(
 /// The run that lies in the folder, or a new one.
 fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
     if work.join("checkpoint").exists() {
-        match RunFolder::open(work) {
+        match RunFolder::open(work, false) {
             Ok((run_folder, session, _)) if is_of(&session, cell) => {
                 return Ok((session, run_folder));
             }
-            Ok(_) => eprintln!(
+            Ok(_) => note(format_args!(
                 "{}: its checkpoint is of another run; it begins anew",
                 cell.name
-            ),
-            Err(error) => eprintln!(
+            )),
+            Err(error) => note(format_args!(
                 "{}: {:#}; it begins anew",
                 cell.name,
                 anyhow::Error::new(error)
-            ),
+            )),
         }
     }
     // Whatever else is there was interrupted before its first checkpoint.
@@ -75,8 +80,13 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
         fs::remove_dir_all(work)?;
     }
     let session = Session::new(cell.config.clone(), cell.seed).or_usage("bad configuration")?;
-    let run_folder =
-        RunFolder::create(work, &session, &cell.preset, cell.budget.into()).map_err(Failure::of)?;
+    let origin = Origin {
+        preset: cell.preset.clone(),
+        budget: cell.budget,
+        command: std::env::args().collect(),
+        keep: Keep::default(),
+    };
+    let run_folder = RunFolder::create(work, &session, origin).map_err(Failure::of)?;
     Ok((session, run_folder))
 }
 
@@ -146,11 +156,11 @@ fn write(
     let files = folder.files(cell);
     let mut tested = test(session, cell.seed, experiment.test_episodes)?;
     if !tested.as_evolved {
-        eprintln!(
+        note(format_args!(
             "{}: the champion as evolved exceeds the format, so its executed instructions and memory accesses are \
              not counted",
             cell.name
-        );
+        ));
         tested.accesses.clear();
     }
     if cell.has_memory {
@@ -160,7 +170,7 @@ fn write(
     let blob = session.export_champion()?;
     let policy = Policy::load(&blob)?;
     let champion = session.champion();
-    let made_with = MadeWith::this_build();
+    let made_with = MadeWith::this_build(FORMAT);
     let returns: Vec<f64> = tested.episodes.iter().map(|e| e.total).collect();
     let unstable = |e: &&Episode| e.unstable;
     let row = Row {

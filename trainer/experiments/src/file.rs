@@ -10,7 +10,7 @@ use tpg_runtime::blob::MemoryModel;
 
 use super::row::cell_name;
 use tpg_trainer::config::{
-    Blueprint, Config, ConfigError, Preset, leaves, nearest, presets, resolve,
+    Config, ConfigError, Preset, Settings, leaves, nearest, presets, resolve,
 };
 use tpg_trainer::session::Budget;
 
@@ -41,10 +41,10 @@ pub struct Experiment {
     #[serde(default = "one_thread")]
     pub threads: usize,
     /// When each run ends.
-    pub budget: RunBudget,
+    pub budget: Budget,
     /// Other budgets, by task.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub budgets: BTreeMap<String, RunBudget>,
+    pub budgets: BTreeMap<String, Budget>,
     /// Keys of the configuration that differ from the presets.
     #[serde(default, skip_serializing_if = "Table::is_empty")]
     pub set: Table,
@@ -99,51 +99,6 @@ const fn one_thread() -> usize {
     1
 }
 
-/// When a run ends, as files write it: `{ generations = 40 }`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RunBudget {
-    /// After this many generations.
-    Generations(u64),
-    /// At the first end of a generation at or past this many environment steps.
-    Steps(u64),
-    /// At the first end of a generation at or past this many minutes of training.
-    Minutes(f64),
-}
-
-/// The keys of a budget.
-const BUDGET_KEYS: [&str; 3] = ["generations", "steps", "minutes"];
-
-impl RunBudget {
-    fn is_positive(self) -> bool {
-        match self {
-            RunBudget::Generations(n) | RunBudget::Steps(n) => n > 0,
-            RunBudget::Minutes(minutes) => minutes > 0.0 && minutes.is_finite(),
-        }
-    }
-}
-
-impl From<RunBudget> for Budget {
-    fn from(budget: RunBudget) -> Self {
-        match budget {
-            RunBudget::Generations(n) => Budget::Generations(n),
-            RunBudget::Steps(n) => Budget::Steps(n),
-            RunBudget::Minutes(minutes) => Budget::Minutes(minutes),
-        }
-    }
-}
-
-/// As rows show it: `generations:40`.
-impl fmt::Display for RunBudget {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            RunBudget::Generations(n) => write!(f, "generations:{n}"),
-            RunBudget::Steps(n) => write!(f, "steps:{n}"),
-            RunBudget::Minutes(minutes) => write!(f, "minutes:{minutes}"),
-        }
-    }
-}
-
 /// One run that an experiment asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
@@ -164,7 +119,7 @@ pub struct Cell {
     /// 16 hexadecimal digits: hash of that configuration.
     pub config_hash: String,
     /// When it ends.
-    pub budget: RunBudget,
+    pub budget: Budget,
     /// Whether its programs share memory.
     pub has_memory: bool,
 }
@@ -341,7 +296,7 @@ impl Experiment {
             }
         }
         let config = resolve(&preset, None, &sets).map_err(wrong)?;
-        let blueprint = Blueprint::new(&config).map_err(wrong)?;
+        let settings = Settings::new(&config).map_err(wrong)?;
         Ok(Cell {
             name: cell_name(task, variant, 1),
             task: task.to_owned(),
@@ -352,7 +307,7 @@ impl Experiment {
             config_hash: hash(&config),
             config,
             budget: *self.budgets.get(task).unwrap_or(&self.budget),
-            has_memory: blueprint.contract.memory_model != MemoryModel::None,
+            has_memory: settings.policy_spec.memory_model != MemoryModel::None,
         })
     }
 }
@@ -371,8 +326,8 @@ fn check_keys(table: &Table) -> Result<(), ExperimentError> {
             _ => continue,
         };
         for name in budgets.into_iter().flat_map(Table::keys) {
-            if !BUDGET_KEYS.contains(&name.as_str()) {
-                return Err(unknown_key(name.clone(), &BUDGET_KEYS));
+            if !Budget::KEYS.contains(&name.as_str()) {
+                return Err(unknown_key(name.clone(), &Budget::KEYS));
             }
         }
     }

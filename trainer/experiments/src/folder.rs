@@ -20,7 +20,9 @@ use super::file::{Cell, Experiment};
 use super::row::{
     Access, CellFiles, CurvePoint, Row, TableError, read_row, read_table, write_synced,
 };
+use tpg_tasks::console::one_line;
 use tpg_trainer::config::leaves;
+use tpg_trainer::made_with::MadeWith;
 
 /// The form of the folder; raised when its files change their meaning.
 pub const FORMAT: u32 = 1;
@@ -37,36 +39,6 @@ pub struct Manifest {
     pub configurations: BTreeMap<String, String>,
 }
 
-/// Versions that results depend on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct MadeWith {
-    /// Form of the folder, see [`FORMAT`].
-    pub format: u32,
-    /// Version of the trainer.
-    pub tpg: String,
-    /// 8 hexadecimal digits: fingerprint of the instruction set.
-    pub fingerprint: String,
-    /// Version of the policies' file format.
-    pub blob_format: u16,
-    /// Version of the simulator.
-    pub mujoco: String,
-}
-
-impl MadeWith {
-    /// What this build makes results with.
-    #[must_use]
-    pub fn this_build() -> Self {
-        MadeWith {
-            format: FORMAT,
-            tpg: env!("CARGO_PKG_VERSION").into(),
-            fingerprint: format!("{:08x}", tpg_runtime::isa::FINGERPRINT),
-            blob_format: tpg_runtime::blob::VERSION,
-            mujoco: tpg_tasks::task::simulator_version(),
-        }
-    }
-}
-
 impl Manifest {
     /// Describes an experiment that this build runs.
     #[must_use]
@@ -74,7 +46,7 @@ impl Manifest {
         let hashes = cells.iter();
         Manifest {
             experiment: experiment.clone(),
-            made_with: MadeWith::this_build(),
+            made_with: MadeWith::this_build(FORMAT),
             configurations: hashes
                 .map(|cell| {
                     (
@@ -95,11 +67,6 @@ impl Manifest {
         let text = fs::read_to_string(&path).map_err(|e| unreadable(&path, &e))?;
         toml::from_str(&text).map_err(|e| unreadable(&path, &one_line(&e)))
     }
-}
-
-/// A message of the TOML parser as one line.
-fn one_line(error: &impl ToString) -> String {
-    error.to_string().trim_end().replace('\n', "; ")
 }
 
 const MANIFEST: &str = "experiment.toml";

@@ -3,12 +3,13 @@
 //!
 //! Floats stand in their shortest form that reads back as the same bits. Every file is written as a whole.
 
-use std::fs::{self, File};
-use std::io::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use tpg_trainer::columns::columns;
+use tpg_trainer::files;
 
 /// A finished run: the columns of `rows/CELL.csv`, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -245,13 +246,13 @@ pub fn read_table<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, TableError
     rows.map_err(|e| malformed(path, e))
 }
 
-/// Writes a table with its header; no crash leaves it half-written. `columns` stand even where there are no rows.
-fn write_table<T: Serialize>(path: &Path, columns: &[&str], rows: &[T]) -> Result<(), TableError> {
+/// Writes a table with its header, which stands even where there are no rows; no crash leaves it half-written.
+fn write_table<T: Serialize + DeserializeOwned>(path: &Path, rows: &[T]) -> Result<(), TableError> {
     let mut writer = csv::WriterBuilder::new()
         .has_headers(false)
         .from_writer(Vec::new());
     let written = writer
-        .write_record(columns)
+        .write_record(columns::<T>())
         .and_then(|()| rows.iter().try_for_each(|row| writer.serialize(row)))
         .map_err(|e| malformed(path, e));
     written?;
@@ -264,7 +265,7 @@ fn write_table<T: Serialize>(path: &Path, columns: &[&str], rows: &[T]) -> Resul
 /// # Errors
 /// [`TableError::Io`].
 pub fn write_row(path: &Path, row: &Row) -> Result<(), TableError> {
-    write_table(path, &ROW_COLUMNS, std::slice::from_ref(row))
+    write_table(path, std::slice::from_ref(row))
 }
 
 /// Writes `curves/CELL.csv`.
@@ -272,7 +273,7 @@ pub fn write_row(path: &Path, row: &Row) -> Result<(), TableError> {
 /// # Errors
 /// [`TableError::Io`].
 pub fn write_curve(path: &Path, points: &[CurvePoint]) -> Result<(), TableError> {
-    write_table(path, &CURVE_COLUMNS, points)
+    write_table(path, points)
 }
 
 /// Writes `accesses/CELL.csv`.
@@ -280,72 +281,21 @@ pub fn write_curve(path: &Path, points: &[CurvePoint]) -> Result<(), TableError>
 /// # Errors
 /// [`TableError::Io`].
 pub fn write_accesses(path: &Path, accesses: &[Access]) -> Result<(), TableError> {
-    write_table(path, &ACCESS_COLUMNS, accesses)
+    write_table(path, accesses)
 }
 
-/// Writes a file beside its place, forces it to the disk and renames it, so that a crash leaves none or all of it.
+/// Replaces a file as a whole; neither a crash nor a power cut leaves a part of it.
 ///
 /// # Errors
 /// [`TableError::Io`].
 pub fn write_synced(path: &Path, bytes: &[u8]) -> Result<(), TableError> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let written = File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, path));
+    let written = files::replace_durably(path, &[bytes]);
     written.map_err(|source| TableError::Io {
         action: "write",
         path: path.to_owned(),
         source,
     })
 }
-
-/// The columns of [`Row`].
-pub const ROW_COLUMNS: [&str; 26] = [
-    "task",
-    "variant",
-    "repeat",
-    "seed",
-    "config",
-    "tpg",
-    "fingerprint",
-    "budget",
-    "threads",
-    "generations",
-    "steps",
-    "train_seconds",
-    "cpu_seconds",
-    "train_best",
-    "champion_id",
-    "champion_bytes",
-    "champion_teams",
-    "champion_programs",
-    "champion_instructions",
-    "instructions_mean",
-    "test_episodes",
-    "test_mean",
-    "test_sd",
-    "test_median",
-    "test_returns",
-    "unstable",
-];
-
-/// The columns of [`CurvePoint`].
-pub const CURVE_COLUMNS: [&str; 9] = [
-    "generation",
-    "steps",
-    "seconds",
-    "best",
-    "mean",
-    "instructions_mean",
-    "champion_teams",
-    "champion_programs",
-    "champion_instructions",
-];
-
-/// The columns of [`Access`].
-pub const ACCESS_COLUMNS: [&str; 6] =
-    ["program", "access", "section", "slot", "count", "decisions"];
 
 /// Lists of numbers in one field, separated by spaces.
 mod spaced {

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 
 use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::{ProgramId, Section};
-use tpg_runtime::trace::{Observer, Place};
+use tpg_runtime::trace::{MemoryAddress, Observer};
 use tpg_runtime::{CapacityError, HostAgent, ObservationError, Policy, Reset, VerifyError};
 
 use super::row::{Access, AccessKind, MemorySection};
 use tpg_tasks::eval::{
     Controller, Domain, Episode, EvaluationError, Reply, episode_seed, evaluate,
 };
-use tpg_trainer::config::{Blueprint, ConfigError};
+use tpg_trainer::config::{ConfigError, Settings};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session::{Session, SessionError};
 
@@ -91,7 +91,7 @@ fn run(
     episodes: u32,
     as_evolved: bool,
 ) -> Result<Tested, TestError> {
-    let mut arena = Blueprint::new(session.config())?.arena()?;
+    let mut arena = Settings::new(session.config())?.arena()?;
     let mut counting = Counting {
         agent,
         counter: Counter::default(),
@@ -126,12 +126,13 @@ struct Counter {
 }
 
 impl Counter {
-    fn count(&mut self, access: AccessKind, place: Place) {
+    fn count(&mut self, access: AccessKind, place: MemoryAddress) {
         let (section, slot) = match place {
-            Place::Slot(Section::Scalar, slot) => (MemorySection::Scalar, slot),
-            Place::Slot(Section::Vector, slot) => (MemorySection::Vector, slot),
-            Place::Slot(Section::Matrix, slot) => (MemorySection::Matrix, slot),
-            Place::Cell(cell) => (MemorySection::Indexed, cell / REGISTERS as u16),
+            MemoryAddress::Slot(Section::Scalar, slot) => (MemorySection::Scalar, slot),
+            MemoryAddress::Slot(Section::Vector, slot) => (MemorySection::Vector, slot),
+            MemoryAddress::Slot(Section::Matrix, slot) => (MemorySection::Matrix, slot),
+            MemoryAddress::Cell(cell) => (MemorySection::Indexed, cell / REGISTERS as u16),
+            _ => return,
         };
         let key = (self.running, access, section, slot);
         *self.counts.entry(key).or_default() += 1;
@@ -143,11 +144,11 @@ impl Observer for Counter {
         self.running = program;
     }
 
-    fn read(&mut self, place: Place) {
+    fn read(&mut self, place: MemoryAddress) {
         self.count(AccessKind::Read, place);
     }
 
-    fn write(&mut self, place: Place) {
+    fn write(&mut self, place: MemoryAddress) {
         self.count(AccessKind::Write, place);
     }
 }

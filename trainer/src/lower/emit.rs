@@ -1,48 +1,31 @@
-//! Layout and encoding of what is kept.
+//! Lays out what is kept in tables and encodes them.
 
 use std::collections::BTreeMap;
 
 use tpg_runtime::Header;
-use tpg_runtime::blob::{self, EncodeError, InitialValues, MemoryModel, RegisterMode};
+use tpg_runtime::blob::{self, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
+use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
-use super::Mode;
-use super::contract::{Contract, header};
+use super::error::{LowerError, limit, small};
 use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
+use super::mode::Mode;
+use super::policy_spec::{PolicySpec, header};
 use crate::evolve::{
     Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
 };
 
-/// A graph that the format cannot hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LowerError {
-    /// Something of it is too large for its field.
-    #[error("the policy needs {needed} {what}, the format allows {limit}")]
-    TooLarge {
-        /// What there is too much of.
-        what: &'static str,
-        /// How much the policy needs.
-        needed: usize,
-        /// How much the format allows.
-        limit: usize,
-    },
-    /// The blob did not fit the buffer sized for it.
-    #[error("blob could not be encoded")]
-    Encode(#[from] EncodeError),
-}
-
 /// Lowers an agent to the bytes of a blob.
 ///
-/// `memory` is an image of indexed memory that the policy finds when it starts, one value for each cell.
+/// `memory` is the indexed memory that the policy starts with, one value for each cell; `None` for zeros.
 ///
 /// # Errors
 /// [`LowerError::TooLarge`] if the graph exceeds what the format's fields can say.
 pub fn lower(
     population: &Population,
     root: TeamId,
-    contract: &Contract,
+    policy_spec: &PolicySpec,
     provenance: [u8; 16],
     memory: Option<&[f32]>,
     mode: Mode,
@@ -52,11 +35,11 @@ pub fn lower(
         kept,
         registers,
         ..
-    } = selected(population, root, contract, mode);
-    Emitter::new(contract, &graph, &kept, &registers)?.encode(provenance, memory)
+    } = selected(population, root, policy_spec, mode);
+    Emitter::new(policy_spec, &graph, &kept, &registers)?.encode(provenance, memory)
 }
 
-/// What of an agent's graph reaches the tables.
+/// The part of an agent's graph that reaches the tables.
 pub(super) struct Selected<'a> {
     pub graph: Graph<'a>,
     /// For each program, the registers that matter after a run.
@@ -66,25 +49,25 @@ pub(super) struct Selected<'a> {
     pub registers: Vec<Registers>,
 }
 
-/// Finds what of an agent's graph reaches the tables.
+/// Finds the part of an agent's graph that reaches the tables.
 pub(super) fn selected<'a>(
     population: &'a Population,
     root: TeamId,
-    contract: &Contract,
+    policy_spec: &PolicySpec,
     mode: Mode,
 ) -> Selected<'a> {
     let graph = graph(population, root);
     let results: Vec<Registers> = graph
         .programs
         .iter()
-        .map(|(_, program)| results(&contract.shape, program))
+        .map(|(_, program)| results(&policy_spec.shape, program))
         .collect();
-    let shared = contract.shares_memory();
-    let indexed = contract.memory_model == MemoryModel::Indexed;
+    let shared = policy_spec.shares_memory();
+    let indexed = policy_spec.memory_model == MemoryModel::Indexed;
     let mut kept = match mode {
-        Mode::Whole | Mode::Counting => whole(&graph, contract),
+        Mode::Whole | Mode::Counting => whole(&graph, policy_spec),
         Mode::Compact => {
-            let stateful = contract.register_mode == RegisterMode::Stateful;
+            let stateful = policy_spec.register_mode == RegisterMode::Stateful;
             compact(&graph, &results, stateful, shared)
         }
     };
@@ -117,7 +100,7 @@ fn graph(population: &Population, root: TeamId) -> Graph<'_> {
     Graph { teams, programs }
 }
 
-/// The registers that matter after a run: the bid, and the action of a program that can act.
+/// The registers that matter after a run: that of the bid, and that of the output if the program is atomic.
 fn results(shape: &Shape, program: &Program) -> Registers {
     let mut results = Registers::default();
     results.insert(Section::Scalar, 0);
@@ -127,8 +110,8 @@ fn results(shape: &Shape, program: &Program) -> Registers {
     results
 }
 
-fn whole(graph: &Graph<'_>, contract: &Contract) -> Kept {
-    let slots = if contract.memory_model == MemoryModel::Team {
+fn whole(graph: &Graph<'_>, policy_spec: &PolicySpec) -> Kept {
+    let slots = if policy_spec.memory_model == MemoryModel::Team {
         [u8::MAX; 3]
     } else {
         [0; 3]
@@ -161,7 +144,7 @@ fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
                     registers.insert(section, register);
                 }
             }
-            // A write of indexed memory stores register c in column c, so none is renumbered.
+            // A write of indexed memory stores register c in column c, so all keep their numbers.
             if instruction.op == Op::MemWrite {
                 registers.0[Section::Scalar as usize] = u8::MAX;
             }
@@ -177,7 +160,7 @@ fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
 
 /// Collects the tables, then encodes them.
 struct Emitter<'a> {
-    contract: &'a Contract,
+    policy_spec: &'a PolicySpec,
     kept: &'a Kept,
     header: Header,
     front_end: Vec<u8>,
@@ -192,18 +175,18 @@ struct Emitter<'a> {
 
 impl<'a> Emitter<'a> {
     fn new(
-        contract: &'a Contract,
+        policy_spec: &'a PolicySpec,
         graph: &Graph<'_>,
         kept: &'a Kept,
         registers: &[Registers],
     ) -> Result<Self, LowerError> {
-        let mut header = header(contract, graph, kept)?;
-        let front_end = match &contract.front_end {
-            Some(perception) => perception.section(&mut header),
+        let mut header = header(policy_spec, graph, kept)?;
+        let front_end = match &policy_spec.front_end {
+            Some(front_end) => front_end.section(&mut header),
             None => Vec::new(),
         };
         let mut emitter = Emitter {
-            contract,
+            policy_spec,
             kept,
             header,
             front_end,
@@ -238,10 +221,10 @@ impl<'a> Emitter<'a> {
     }
 
     fn width(&self) -> usize {
-        usize::from(self.contract.shape.width)
+        usize::from(self.policy_spec.shape.width)
     }
 
-    /// Where the cells will lie, behind all registers; policies with cells have no team memory.
+    /// State offset of the first cell. Cells lie behind all registers. Policies with cells have no team memory.
     fn cells_start(&self, registers: &[Registers]) -> usize {
         let width = self.width();
         let of_program = |r: &Registers| -> usize {
@@ -263,27 +246,25 @@ impl<'a> Emitter<'a> {
     ) -> Result<(), LowerError> {
         let counts = Section::ALL.map(|s| registers.of(s).count_ones() as u8);
         let layout = Layout {
-            start: self.words,
+            map: RegisterMap::new(&self.header, self.words, counts),
             registers,
-            width: self.width(),
             offset: usize::from(program.offset),
             cells_start,
             cells: &self.kept.cells,
         };
-        let output = match self.contract.shape.output_section() {
+        let output = match self.policy_spec.shape.output_section() {
             Some(section) if program.is_atomic() => layout.register(section, 1),
-            _ => layout.start,
+            _ => self.words,
         };
         let constants_start = self.constants(&program.constants, registers);
-        let record = tables::Program {
-            code_start: self.code.len() as u32,
-            code_len: small("instructions of a program", code.len())?,
-            target,
-            constants_start,
-            state_start: small("state words", layout.start)?,
-            output: small("state words", output)?,
-            registers: counts,
-        };
+        let mut record = tables::Program::default();
+        record.code_start = self.code.len() as u32;
+        record.code_len = small("instructions of a program", code.len())?;
+        record.target = target;
+        record.constants_start = constants_start;
+        record.state_start = small("state words", self.words)?;
+        record.output = small("state words", output)?;
+        record.registers = counts;
         for instruction in code {
             let record = layout.instruction(instruction)?;
             self.header.groups |= instruction.op.group().bit();
@@ -301,15 +282,14 @@ impl<'a> Emitter<'a> {
         program_index: &BTreeMap<ProgramId, u16>,
     ) -> Result<(), LowerError> {
         let constants_start = self.constants(&team.memory, Registers(slots));
-        let record = tables::Team {
-            members_start: self.members.len() as u32,
-            members_len: small("members of a team", team.members.len())?,
-            slots,
-            stream_key: team.stream_key,
-            constants_start,
-            memory_start: small("state words", self.words)?,
-            streams_start: self.header.streams,
-        };
+        let mut record = tables::Team::default();
+        record.members_start = self.members.len() as u32;
+        record.members_len = small("members of a team", team.members.len())?;
+        record.slots = slots;
+        record.stream_key = team.stream_key;
+        record.constants_start = constants_start;
+        record.memory_start = small("state words", self.words)?;
+        record.streams_start = self.header.streams;
         for member in &team.members {
             self.members.push(program_index[member].to_le_bytes());
         }
@@ -321,7 +301,7 @@ impl<'a> Emitter<'a> {
 
     /// Appends the constants of the kept registers or slots and returns where they begin.
     fn constants(&mut self, constants: &[f32], kept: Registers) -> u32 {
-        if self.contract.initial_values == InitialValues::Zero {
+        if self.policy_spec.initial_values == InitialValues::Zero {
             return 0;
         }
         let (start, width) = (self.constants.len() as u32, self.width());
@@ -351,19 +331,18 @@ impl<'a> Emitter<'a> {
             .flatten()
             .map(|x| x.to_le_bytes())
             .collect();
-        let tables = Tables {
-            teams: &self.teams,
-            members: &self.members,
-            programs: &self.programs,
-            code: &self.code,
-            constants: &self.constants,
-            cells: &cells,
-            memory: &image,
-            front_end: &self.front_end,
-            labels: &self.contract.labels,
-            task: &self.contract.task,
-            observability: &self.contract.observability,
-        };
+        let mut tables = Tables::default();
+        tables.teams = &self.teams;
+        tables.members = &self.members;
+        tables.programs = &self.programs;
+        tables.code = &self.code;
+        tables.constants = &self.constants;
+        tables.cells = &cells;
+        tables.memory = &image;
+        tables.front_end = &self.front_end;
+        tables.labels = &self.policy_spec.labels;
+        tables.task = &self.policy_spec.task;
+        tables.observability = &self.policy_spec.observability;
         let mut buffer = vec![0; blob::encoded_bound(&tables)];
         let len = blob::encode(&self.header, &tables, &mut buffer)?;
         buffer.truncate(len);
@@ -371,11 +350,10 @@ impl<'a> Emitter<'a> {
     }
 }
 
-/// Where a program's registers and what it reads lie in the state.
+/// State offsets of what a program reads and writes.
 struct Layout<'a> {
-    start: usize,
+    map: RegisterMap,
     registers: Registers,
-    width: usize,
     offset: usize,
     cells_start: usize,
     cells: &'a [u16],
@@ -384,13 +362,8 @@ struct Layout<'a> {
 impl Layout<'_> {
     /// State offset of a kept register.
     fn register(&self, section: Section, register: u8) -> usize {
-        let before: usize = Section::ALL
-            .iter()
-            .take(section as usize)
-            .map(|s| self.registers.of(*s).count_ones() as usize * s.slot_words(self.width))
-            .sum();
         let lower = self.registers.of(section) & ((1u8 << register) - 1);
-        self.start + before + lower.count_ones() as usize * section.slot_words(self.width)
+        self.map.first_word(section, lower.count_ones() as usize)
     }
 
     fn source(&self, kind: Operand, source: &Source) -> usize {
@@ -436,21 +409,4 @@ impl Layout<'_> {
 
 fn number<K: Ord>(ids: impl Iterator<Item = K>) -> BTreeMap<K, u16> {
     ids.enumerate().map(|(k, id)| (id, k as u16)).collect()
-}
-
-pub(super) fn limit(what: &'static str, needed: usize, limit: usize) -> Result<(), LowerError> {
-    if needed > limit {
-        return Err(LowerError::TooLarge {
-            what,
-            needed,
-            limit,
-        });
-    }
-    Ok(())
-}
-
-/// A number for a 16-bit field.
-pub(super) fn small(what: &'static str, value: usize) -> Result<u16, LowerError> {
-    limit(what, value, usize::from(u16::MAX))?;
-    Ok(value as u16)
 }

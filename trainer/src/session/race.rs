@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Session, Tally};
+use super::{EvalStats, Session};
 use crate::evolve::TeamId;
 use crate::lower::Mode;
+use crate::monitor::Stopped;
 use crate::pool::{Batch, Pool};
 use tpg_tasks::eval::{Conditions, Domain, episode_seed};
 use tpg_tasks::stats::{mean, standard_deviation};
@@ -37,7 +38,7 @@ impl Race {
     ///
     /// Who lies behind is judged by the differences on the same episodes. One that ran them all in an earlier race stays to the
     /// end: it costs nothing, and its few first episodes tell less than what is known of it.
-    fn thin(&self, runners: &mut Vec<TeamId>, episodes: usize, last: usize) {
+    fn eliminate(&self, runners: &mut Vec<TeamId>, episodes: usize, last: usize) {
         let returns = |root: TeamId| self.returns.get(&root).and_then(|r| r.get(..episodes));
         runners.retain(|root| returns(*root).is_some());
         let key = |root: &TeamId| returns(*root).map_or(f64::NEG_INFINITY, mean);
@@ -65,16 +66,16 @@ impl Race {
 
 impl Session {
     /// Where a race is due, lets the best agents run for champion against the last one.
-    pub(super) fn race(&mut self, pool: &mut Pool, tally: &mut Tally) {
-        let params = self.blueprint.selection;
-        let due = (self.generation + 1).is_multiple_of(u64::from(params.every.max(1)));
-        if params.candidates == 0 || !(due || self.race.champion.is_none()) {
-            return;
+    pub(super) fn race(&mut self, pool: &mut Pool, stats: &mut EvalStats) -> Result<(), Stopped> {
+        let params = self.settings.selection;
+        let due = (self.state.generation + 1).is_multiple_of(u64::from(params.every.max(1)));
+        if params.candidates == 0 || !(due || self.state.race.champion.is_none()) {
+            return Ok(());
         }
-        let mut runners: Vec<TeamId> = self.race.champion.into_iter().collect();
-        let best = self.ranking().into_iter().map(|(root, _)| root);
+        let mut runners: Vec<TeamId> = self.state.race.champion.into_iter().collect();
+        let best = self.state.ranking().into_iter().map(|(root, _)| root);
         for root in self.tuned().chain(best.take(params.candidates as usize)) {
-            if self.records.contains_key(&root) && !runners.contains(&root) {
+            if self.state.records.contains_key(&root) && !runners.contains(&root) {
                 runners.push(root);
             }
         }
@@ -82,11 +83,12 @@ impl Session {
         let mut run = 0;
         while run < last {
             let next = (run + batch).min(last);
-            self.run_on(pool, &runners, run..next, tally);
-            self.race.thin(&mut runners, next, last);
+            self.run_on(pool, &runners, run..next, stats)?;
+            self.state.race.eliminate(&mut runners, next, last);
             run = next;
         }
-        self.race.champion = runners.first().copied().or(self.race.champion);
+        self.state.race.champion = runners.first().copied().or(self.state.race.champion);
+        Ok(())
     }
 
     /// Runs these episodes of the list with those that have not yet run them.
@@ -95,22 +97,26 @@ impl Session {
         pool: &mut Pool,
         runners: &[TeamId],
         numbers: std::ops::Range<usize>,
-        tally: &mut Tally,
-    ) {
+        stats: &mut EvalStats,
+    ) -> Result<(), Stopped> {
         let fresh: Vec<TeamId> = runners
             .iter()
             .copied()
-            .filter(|root| self.race.has_run(*root) == numbers.start)
+            .filter(|root| self.state.race.has_run(*root) == numbers.start)
             .collect();
         let seeds: Vec<u64> = numbers
             .map(|k| episode_seed(Domain::Select, self.seed, 0, k as u64))
             .collect();
         let make = |k: usize| {
             let root = fresh[k];
-            let generation = self.records[&root].generation;
+            let generation = self.state.records[&root].generation;
             self.export(root, generation, None, Mode::Compact).ok()
         };
-        let expected: Vec<f64> = fresh.iter().map(|r| self.records[r].steps_mean).collect();
+        let expected: Vec<f64> = fresh
+            .iter()
+            .map(|r| self.state.records[r].steps_mean)
+            .collect();
+        pool.monitor().plan((fresh.len() * seeds.len()) as u64);
         let results = pool.score(&Batch {
             expected: &expected,
             make: &make,
@@ -120,13 +126,14 @@ impl Session {
             // Champions are chosen at the task itself, whatever training is spared.
             conditions: Conditions::default(),
             record: false,
-        });
+        })?;
         for (root, episodes) in fresh.into_iter().zip(results) {
             let Some(episodes) = episodes else { continue };
-            tally.count(&episodes, |e| e.total);
-            let returns = self.race.returns.entry(root).or_default();
+            stats.count(&episodes, |e| e.total);
+            let returns = self.state.race.returns.entry(root).or_default();
             returns.extend(episodes.iter().map(|e| e.total));
         }
+        Ok(())
     }
 }
 
@@ -150,7 +157,7 @@ mod tests {
             returns: returns.map(|(id, r)| (TeamId(id), r)).into(),
         };
         let mut runners = vec![TeamId(2), TeamId(3), TeamId(1), TeamId(4)];
-        race.thin(&mut runners, 4, 8);
+        race.eliminate(&mut runners, 4, 8);
         assert_eq!(runners, [TeamId(1), TeamId(3)]);
         assert_eq!(race.mean(TeamId(1)), Some(11.5));
     }
@@ -166,9 +173,9 @@ mod tests {
             returns: returns.map(|(id, r)| (TeamId(id), r)).into(),
         };
         let mut runners = vec![TeamId(1), TeamId(2)];
-        race.thin(&mut runners, 2, 4);
+        race.eliminate(&mut runners, 2, 4);
         assert_eq!(runners, [TeamId(2), TeamId(1)]);
-        race.thin(&mut runners, 4, 4);
+        race.eliminate(&mut runners, 4, 4);
         assert_eq!(runners.first(), Some(&TeamId(1)));
     }
 }

@@ -1,9 +1,9 @@
 //! What a run says of each generation.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One row of `log.csv`; the fields' names are its columns.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GenerationReport {
     /// Generations completed.
     pub generation: u64,
@@ -35,26 +35,9 @@ pub struct GenerationReport {
     pub unscorable: u64,
     /// Episodes that an unstable simulation ended.
     pub unstable: u64,
+    /// Episodes of this generation, races and tuning included; no column.
+    #[serde(skip)]
+    pub episodes: u64,
     /// Seconds of training so far; the only column that differs between equal runs.
     pub seconds: f64,
 }
-
-/// The columns of `log.csv`, in order.
-pub const LOG_COLUMNS: [&str; 16] = [
-    "generation",
-    "steps",
-    "best",
-    "fitness",
-    "select",
-    "mean",
-    "champion",
-    "champion_teams",
-    "champion_programs",
-    "champion_instructions",
-    "instructions_mean",
-    "teams",
-    "programs",
-    "unscorable",
-    "unstable",
-    "seconds",
-];

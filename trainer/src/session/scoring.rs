@@ -8,11 +8,12 @@ use tpg_runtime::blob::ResetScope;
 use super::{Record, Session};
 use crate::evolve::TeamId;
 use crate::lower::Mode;
+use crate::monitor::Stopped;
 use crate::pool::{Batch, Pool, Split};
 use tpg_tasks::eval::{Domain, Episode, episode_seed};
 
 /// A root that is to be scored.
-pub(super) struct Newcomer {
+pub(super) struct Candidate {
     pub(super) root: TeamId,
     /// Steps that an episode of it may be expected to take: its parent's mean.
     pub(super) expected: f64,
@@ -20,13 +21,14 @@ pub(super) struct Newcomer {
 
 /// What scoring a generation came to.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct EvalStats {
     pub(super) steps: u64,
     pub(super) unscorable: u64,
     pub(super) unstable: u64,
+    pub(super) episodes: u64,
 }
 
-impl Tally {
+impl EvalStats {
     /// Counts a team's episodes; none means that it was too large to be scored.
     fn add(
         &mut self,
@@ -43,6 +45,7 @@ impl Tally {
         };
         let mean = mean_of(|e| e.total);
         self.steps += steps;
+        self.episodes += episodes.len() as u64;
         self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
         self.unscorable += u64::from(!mean.is_finite());
         Record {
@@ -84,30 +87,36 @@ impl Record {
 
 impl Session {
     /// Scores new roots on the very bytes that would be exported, and records them.
-    pub(super) fn score(&mut self, pool: &mut Pool, newcomers: &[Newcomer], tally: &mut Tally) {
-        let episodes = u64::from(self.blueprint.episodes);
+    pub(super) fn score(
+        &mut self,
+        pool: &mut Pool,
+        candidates: &[Candidate],
+        stats: &mut EvalStats,
+    ) -> Result<(), Stopped> {
+        let episodes = u64::from(self.settings.episodes);
         let seeds: Vec<u64> = (0..episodes)
-            .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
+            .map(|k| episode_seed(Domain::Train, self.seed, self.state.generation, k))
             .collect();
-        match self.blueprint.contract.reset_scope {
+        match self.settings.policy_spec.reset_scope {
             ResetScope::PerGeneration => {
-                self.memory = None;
-                self.score_in_turn(pool, newcomers, &seeds, tally);
+                self.state.memory = None;
+                self.score_in_turn(pool, candidates, &seeds, stats)
             }
             ResetScope::Original => {
-                let fallen = matches!(self.medians, [Some(last), Some(before)] if last < before);
-                if self.blueprint.wipe_on_fall && fallen {
-                    self.memory = None;
+                let fallen =
+                    matches!(self.state.medians, [Some(last), Some(before)] if last < before);
+                if self.settings.wipe_on_fall && fallen {
+                    self.state.memory = None;
                 }
-                self.score_in_turn(pool, newcomers, &seeds, tally);
+                self.score_in_turn(pool, candidates, &seeds, stats)
             }
-            _ => self.score_apart(pool, newcomers, &seeds, tally),
+            _ => self.score_apart(pool, candidates, &seeds, stats),
         }
     }
 
     /// How far the evaluation of an agent that shares nothing with others can be split.
     pub(super) fn split(&self) -> Split {
-        match self.blueprint.contract.reset_scope.at_episode() {
+        match self.settings.policy_spec.reset_scope.at_episode() {
             (true, true) => Split::Episodes,
             _ => Split::Agents,
         }
@@ -117,16 +126,16 @@ impl Session {
     fn score_apart(
         &mut self,
         pool: &mut Pool,
-        newcomers: &[Newcomer],
+        candidates: &[Candidate],
         seeds: &[u64],
-        tally: &mut Tally,
-    ) {
-        let expected: Vec<f64> = newcomers.iter().map(|n| n.expected).collect();
+        stats: &mut EvalStats,
+    ) -> Result<(), Stopped> {
+        let expected: Vec<f64> = candidates.iter().map(|n| n.expected).collect();
         let make = |k: usize| {
-            let root = newcomers[k].root;
+            let root = candidates[k].root;
             // One that is scored again is what it was: its front end is of the generation that made it.
-            let record = self.records.get(&root);
-            let generation = record.map_or(self.generation, |r| r.generation);
+            let record = self.state.records.get(&root);
+            let generation = record.map_or(self.state.generation, |r| r.generation);
             self.export(root, generation, None, Mode::Compact).ok()
         };
         let results = pool.score(&Batch {
@@ -137,15 +146,16 @@ impl Session {
             split: self.split(),
             conditions: self.training_conditions(),
             record: self.learner.is_some(),
-        });
-        for (newcomer, episodes) in newcomers.iter().zip(results) {
-            let record = tally.add(episodes.as_deref(), self.generation, None);
-            let record = match self.records.remove(&newcomer.root) {
+        })?;
+        for (candidate, episodes) in candidates.iter().zip(results) {
+            let record = stats.add(episodes.as_deref(), self.state.generation, None);
+            let record = match self.state.records.remove(&candidate.root) {
                 Some(before) => before.and(&record),
                 None => record,
             };
-            self.records.insert(newcomer.root, record);
+            self.state.records.insert(candidate.root, record);
         }
+        Ok(())
     }
 
     /// Scores roots one after another, oldest first: each finds the memory that the one before left.
@@ -154,26 +164,33 @@ impl Session {
     fn score_in_turn(
         &mut self,
         pool: &mut Pool,
-        newcomers: &[Newcomer],
+        candidates: &[Candidate],
         seeds: &[u64],
-        tally: &mut Tally,
-    ) {
-        for Newcomer { root, .. } in newcomers {
-            let found = self.memory.clone();
+        stats: &mut EvalStats,
+    ) -> Result<(), Stopped> {
+        for Candidate { root, .. } in candidates {
+            let found = self.state.memory.clone();
             let blob = self
-                .export(*root, self.generation, found.as_deref(), Mode::Compact)
+                .export(
+                    *root,
+                    self.state.generation,
+                    found.as_deref(),
+                    Mode::Compact,
+                )
                 .ok();
             let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
-            let result = policy.and_then(|policy| {
-                let (conditions, record) = (self.training_conditions(), self.learner.is_some());
-                pool.score_alone(policy, seeds, conditions, record).ok()
-            });
+            let (conditions, record) = (self.training_conditions(), self.learner.is_some());
+            let result = match policy {
+                Some(policy) => pool.score_alone(policy, seeds, conditions, record)?,
+                None => None,
+            };
             let (episodes, memory) = result.unzip();
             if let Some(memory) = memory {
-                self.memory = Some(memory.into());
+                self.state.memory = Some(memory.into());
             }
-            let record = tally.add(episodes.as_deref(), self.generation, found);
-            self.records.insert(*root, record);
+            let record = stats.add(episodes.as_deref(), self.state.generation, found);
+            self.state.records.insert(*root, record);
         }
+        Ok(())
     }
 }

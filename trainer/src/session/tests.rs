@@ -3,7 +3,7 @@
 use tpg_runtime::blob::ResetScope;
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
-use super::{Session, Tally};
+use super::{EvalStats, Session};
 use crate::config::{Preset, resolve};
 use crate::evolve::{ResetRule, TeamId};
 use crate::lower::Mode;
@@ -27,7 +27,7 @@ fn session_with(preset: &str, settings: &[&str]) -> Session {
 
 /// What a root does about 200 drawn observations, in bits, and how many constants can be tuned.
 fn behaviour(session: &Session, root: TeamId) -> (Vec<u32>, usize) {
-    let blob = session.export(root, session.generation, None, Mode::Compact);
+    let blob = session.export(root, session.state.generation, None, Mode::Compact);
     let blob = blob.expect("small enough");
     let policy = Policy::load(&blob).expect("valid");
     let inputs = usize::from(policy.header().observation_len);
@@ -68,29 +68,29 @@ fn what_a_line_grows_decides_as_before() {
         for _ in 0..2 {
             session.advance(&mut pool).expect("a generation");
         }
-        let mut line = session.lines[0].clone();
-        let (before, read) = behaviour(&session, line.root);
+        let mut lineage = session.state.lineages[0].clone();
+        let (before, read) = behaviour(&session, lineage.root);
         assert!(
             before.iter().any(|x| *x != before[0]),
             "{preset} does one thing"
         );
-        session.remember_line(&mut line);
-        let (remembers, more) = behaviour(&session, line.root);
+        session.remember_lineage(&mut lineage);
+        let (remembers, more) = behaviour(&session, lineage.root);
         assert_eq!(before, remembers, "{preset}");
         assert!(more > read, "{preset} remembers nothing");
         if preset == "cartpole-champion" {
             // Its bids choose actions: a clone that bids differently changes what is chosen.
             continue;
         }
-        session.grow_line(&mut line, &mut Rng::new(2));
-        let (grown, most) = behaviour(&session, line.root);
+        session.grow_lineage(&mut lineage, &mut Rng::new(2));
+        let (grown, most) = behaviour(&session, lineage.root);
         assert_eq!(before, grown, "{preset}");
         assert!(most > more, "{preset} did not grow");
     }
 }
 
 #[test]
-fn after_their_trial_one_of_the_lines_goes_on() {
+fn after_their_trial_one_of_the_lineages_goes_on() {
     let settings = [
         "tuning.lines=3",
         "tuning.one-after=8",
@@ -98,21 +98,25 @@ fn after_their_trial_one_of_the_lines_goes_on() {
     ];
     let mut session = session_with("cartpole-champion", &settings);
     let mut pool = session.pool(1).expect("an arena");
-    let mut lines = Vec::new();
+    let mut lineages = Vec::new();
     let mut best = None;
     for _ in 0..5 {
-        let forms = session.lines.iter().filter_map(|line| line.form);
-        best = forms.max_by(f64::total_cmp).or(best);
+        let averages = session
+            .state
+            .lineages
+            .iter()
+            .filter_map(|lineage| lineage.trial_average);
+        best = averages.max_by(f64::total_cmp).or(best);
         session.advance(&mut pool).expect("a generation");
-        lines.push(session.lines.len());
+        lineages.push(session.state.lineages.len());
     }
     // A generation without iterations comes first.
-    assert_eq!(lines, [3, 3, 3, 1, 1]);
-    assert!(best.is_some() && session.lines[0].iterations == 16);
+    assert_eq!(lineages, [3, 3, 3, 1, 1]);
+    assert!(best.is_some() && session.state.lineages[0].iterations == 16);
 }
 
 #[test]
-fn lines_that_are_halved_end_half_of_them_at_a_time() {
+fn lineages_that_are_halved_end_half_of_them_at_a_time() {
     let settings = [
         "tuning.lines=4",
         "tuning.one-after=8",
@@ -121,13 +125,13 @@ fn lines_that_are_halved_end_half_of_them_at_a_time() {
     ];
     let mut session = session_with("cartpole-champion", &settings);
     let mut pool = session.pool(1).expect("an arena");
-    let mut lines = Vec::new();
+    let mut lineages = Vec::new();
     for _ in 0..4 {
         session.advance(&mut pool).expect("a generation");
-        lines.push(session.lines.len());
+        lineages.push(session.state.lineages.len());
     }
     // A generation without iterations comes first.
-    assert_eq!(lines, [4, 4, 2, 1]);
+    assert_eq!(lineages, [4, 4, 2, 1]);
 }
 
 /// A new stage forgets what was scored in an easier one.
@@ -136,13 +140,13 @@ fn at_a_new_stage_everyone_is_scored_again() {
     let settings = ["evaluation.curriculum.steps=12000", "evaluation.elites=1"];
     let mut session = session_with("cartpole-sr-b23", &settings);
     let mut pool = session.pool(1).expect("an arena");
-    let mut stages = vec![session.stage];
-    while session.stage < 4 {
+    let mut stages = vec![session.state.stage];
+    while session.state.stage < 4 {
         session.advance(&mut pool).expect("a generation");
-        if stages.last() != Some(&session.stage) {
-            stages.push(session.stage);
-            let last = session.generation - 1;
-            let mut records = session.records.values();
+        if stages.last() != Some(&session.state.stage) {
+            stages.push(session.state.stage);
+            let last = session.state.generation - 1;
+            let mut records = session.state.records.values();
             assert!(records.all(|r| r.generation == last && r.scorings == 1));
         }
     }
@@ -160,11 +164,12 @@ fn a_fallen_median_wipes_the_memory() {
         let mut session = session("cartpole-on-fall");
         let mut pool = session.pool(1).expect("an arena");
         session.advance(&mut pool).expect("a generation");
-        assert!(session.memory.is_some(), "nothing was written");
-        session.medians = medians;
-        let newcomers = session.make_generation();
-        session.score(&mut pool, &newcomers, &mut Tally::default());
-        let first = &session.records[&newcomers[0].root];
+        assert!(session.state.memory.is_some(), "nothing was written");
+        session.state.medians = medians;
+        let candidates = session.make_generation();
+        let scored = session.score(&mut pool, &candidates, &mut EvalStats::default());
+        assert_eq!(scored, Ok(()));
+        let first = &session.state.records[&candidates[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
     }
 }
@@ -172,13 +177,13 @@ fn a_fallen_median_wipes_the_memory() {
 #[test]
 fn every_agents_own_rule_stands_in_its_blob() {
     let mut session = session("cartpole-evolved-resets");
-    let newcomers = session.make_generation();
+    let candidates = session.make_generation();
     let mut seen = Vec::new();
-    for newcomer in newcomers {
-        let blob = session.export(newcomer.root, 0, None, Mode::Compact);
+    for candidate in candidates {
+        let blob = session.export(candidate.root, 0, None, Mode::Compact);
         let blob = blob.expect("small enough");
         let scope = Policy::load(&blob).expect("valid").header().reset_scope;
-        let rule = session.population.team(newcomer.root).reset_rule;
+        let rule = session.state.population.team(candidate.root).reset_rule;
         assert_eq!(rule.map(ResetRule::scope), Some(scope));
         seen.push(scope);
     }

@@ -1,12 +1,13 @@
-//! Protected lines of agents whose constants are tuned and written back in each generation.
+//! Protected lineages of agents whose constants are tuned and written back in each generation.
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::Blob;
 use tpg_runtime::rng::mix64;
 
-use super::{Newcomer, Session, Tally};
+use super::{Candidate, EvalStats, Session};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
+use crate::monitor::Stopped;
 use crate::pool::{Batch, Pool};
 use crate::tune::{RecentMean, Search, Trial};
 use tpg_tasks::eval::{Domain, Episode, episode_seed};
@@ -17,14 +18,14 @@ use tpg_tasks::task::Rng;
 const TUNING_STREAM: u64 = 5;
 /// Number of a generation's first episode of tuning: the scores' own are numbered from 0.
 const FIRST_EPISODE: u64 = 1 << 32;
-/// Weight of an iteration in a line's form.
-const FORM: f64 = 0.1;
+/// Weight of an iteration in a lineage's trial average.
+const TRIAL_WEIGHT: f64 = 0.1;
 
-/// A line: the agent that is tuned, which selection does not drop.
+/// A lineage: the agent that is tuned, which selection does not drop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Tuned {
+pub(super) struct Lineage {
     pub(super) root: TeamId,
-    /// Root of the last mean over the line, protected until the next.
+    /// Root of the last mean over the lineage, protected until the next.
     mean_root: Option<TeamId>,
     mean: RecentMean,
     pub(super) iterations: u64,
@@ -33,12 +34,12 @@ pub(super) struct Tuned {
     /// Generations for which it has lain behind the best agent.
     behind: u32,
     /// Moving average of what all of its trials scored, which the few episodes of its own score would leave to luck.
-    pub(super) form: Option<f64>,
+    pub(super) trial_average: Option<f64>,
 }
 
-impl Tuned {
+impl Lineage {
     fn new(root: TeamId) -> Self {
-        Tuned {
+        Lineage {
             root,
             mean_root: None,
             mean: RecentMean::default(),
@@ -46,18 +47,18 @@ impl Tuned {
             grown: false,
             remembers: false,
             behind: 0,
-            form: None,
+            trial_average: None,
         }
     }
 
-    /// Takes an iteration's trials into its form; those without a score tell nothing.
-    fn judge(&mut self, trials: &[Trial]) {
+    /// Takes an iteration's trials into its trial average; those without a score tell nothing.
+    fn update_trial_average(&mut self, trials: &[Trial]) {
         let scores = trials.iter().flat_map(|t| [t.forwards, t.backwards]);
         let scores: Vec<f64> = scores.filter(|score| score.is_finite()).collect();
         if !scores.is_empty() {
             let score = mean(&scores);
-            let before = self.form.unwrap_or(score);
-            self.form = Some(before + FORM * (score - before));
+            let before = self.trial_average.unwrap_or(score);
+            self.trial_average = Some(before + TRIAL_WEIGHT * (score - before));
         }
     }
 
@@ -93,161 +94,195 @@ impl Tunable {
 }
 
 impl Session {
-    /// The agents that lines protect.
+    /// The agents that lineages protect.
     pub(super) fn tuned(&self) -> impl Iterator<Item = TeamId> {
-        self.lines.iter().flat_map(Tuned::roots)
+        self.state.lineages.iter().flat_map(Lineage::roots)
     }
 
-    /// Tunes every line and adds what came of it to the population, to be scored with the generation.
-    pub(super) fn tune(&mut self, pool: &mut Pool, tally: &mut Tally) -> Vec<Newcomer> {
-        let mut newcomers = Vec::new();
-        self.hold_lines();
-        if self.generation == 0 {
-            return newcomers;
+    /// Episodes that tuning takes in this generation: trials, and the scores of what comes of them.
+    pub(super) fn planned_trials(&self) -> u64 {
+        if self.state.generation == 0 {
+            return 0;
         }
-        let mut rng = Rng::new(mix64(&[self.seed, self.generation, TUNING_STREAM]));
+        let params = &self.settings.tuning;
+        let trials = 2 * u64::from(params.iterations) * u64::from(params.directions);
+        let episodes = trials * u64::from(params.episodes) + u64::from(self.settings.episodes);
+        self.state.lineages.len() as u64 * episodes
+    }
+
+    /// Tunes every lineage and adds what came of it to the population, to be scored with the generation.
+    pub(super) fn tune(
+        &mut self,
+        pool: &mut Pool,
+        stats: &mut EvalStats,
+    ) -> Result<Vec<Candidate>, Stopped> {
+        let mut candidates = Vec::new();
+        self.hold_lineages();
+        if self.state.generation == 0 {
+            return Ok(candidates);
+        }
+        let mut rng = Rng::new(mix64(&[self.seed, self.state.generation, TUNING_STREAM]));
         let mut episode = FIRST_EPISODE;
-        let mut lines = std::mem::take(&mut self.lines);
-        for line in &mut lines {
-            let before = line.root;
-            let roots = self.tune_line(line, pool, &mut rng, &mut episode, tally);
-            self.population.roots.extend(&roots);
-            newcomers.extend(roots.into_iter().map(|root| self.newcomer(root, before)));
+        let mut lineages = std::mem::take(&mut self.state.lineages);
+        for lineage in &mut lineages {
+            let before = lineage.root;
+            let roots = self.tune_lineage(lineage, pool, &mut rng, &mut episode, stats)?;
+            self.state.population.roots.extend(&roots);
+            candidates.extend(roots.into_iter().map(|root| self.candidate(root, before)));
         }
-        self.lines = lines;
-        newcomers
+        self.state.lineages = lineages;
+        Ok(candidates)
     }
 
-    /// Ends lines that have lain behind for too long, and begins new ones at the best agents.
-    fn hold_lines(&mut self) {
-        let params = self.blueprint.tuning;
-        if params.lines == 0 {
+    /// Ends lineages that have lain behind for too long, and begins new ones at the best agents.
+    fn hold_lineages(&mut self) {
+        let params = self.settings.tuning;
+        if params.lineages == 0 {
             return;
         }
-        if self.generation == 0 {
+        if self.state.generation == 0 {
             // Nothing is scored yet: only a linear policy is worth protecting. Lines that begin alike part by their directions.
             if let (true, Some(root)) = (
-                self.blueprint.params.initial != Initial::Random,
-                self.population.roots.first(),
+                self.settings.params.initial != Initial::Random,
+                self.state.population.roots.first(),
             ) {
-                self.lines = vec![Tuned::new(*root); params.lines as usize];
+                self.state.lineages = vec![Lineage::new(*root); params.lineages as usize];
             }
             return;
         }
-        let ranking = self.ranking();
+        let ranking = self.state.ranking();
         if let Some((_, best)) = ranking.first() {
             let least = best - params.margin * best.abs();
-            for line in &mut self.lines {
-                let record = self.records.get(&line.root);
+            for lineage in &mut self.state.lineages {
+                let record = self.state.records.get(&lineage.root);
                 let behind = record.is_none_or(|r| r.fitness < least);
-                line.behind = if behind { line.behind + 1 } else { 0 };
+                lineage.behind = if behind { lineage.behind + 1 } else { 0 };
             }
         }
-        let longest = self.lines.iter().map(|line| line.iterations).max();
-        let wanted = params.lines_after(longest.unwrap_or(0)) as usize;
-        if self.lines.len() > wanted {
-            let form = |line: &Tuned| line.form.unwrap_or(f64::NEG_INFINITY);
-            // A stable sort: of equals the older line goes on.
-            self.lines.sort_by(|a, b| form(b).total_cmp(&form(a)));
-            self.lines.truncate(wanted);
+        let longest = self
+            .state
+            .lineages
+            .iter()
+            .map(|lineage| lineage.iterations)
+            .max();
+        let wanted = params.lineages_after(longest.unwrap_or(0)) as usize;
+        if self.state.lineages.len() > wanted {
+            let trial_average =
+                |lineage: &Lineage| lineage.trial_average.unwrap_or(f64::NEG_INFINITY);
+            // A stable sort: of equals the older lineage goes on.
+            self.state
+                .lineages
+                .sort_by(|a, b| trial_average(b).total_cmp(&trial_average(a)));
+            self.state.lineages.truncate(wanted);
         }
         if params.patience > 0 {
-            self.lines.retain(|line| line.behind < params.patience);
+            self.state
+                .lineages
+                .retain(|lineage| lineage.behind < params.patience);
         }
         for (root, _) in ranking {
-            if self.lines.len() >= wanted {
+            if self.state.lineages.len() >= wanted {
                 break;
             }
             if !self.tuned().any(|tuned| tuned == root) {
-                self.lines.push(Tuned::new(root));
+                self.state.lineages.push(Lineage::new(root));
             }
         }
     }
 
-    /// Tunes one line; the new roots, none if it has no constants that matter.
-    fn tune_line(
+    /// Tunes one lineage; the new roots, none if it has no constants that matter.
+    fn tune_lineage(
         &mut self,
-        line: &mut Tuned,
+        lineage: &mut Lineage,
         pool: &mut Pool,
         rng: &mut Rng,
         episode: &mut u64,
-        tally: &mut Tally,
-    ) -> Vec<TeamId> {
-        let params = self.blueprint.tuning;
-        let due = |after: u32| after > 0 && line.iterations >= u64::from(after);
+        stats: &mut EvalStats,
+    ) -> Result<Vec<TeamId>, Stopped> {
+        let params = self.settings.tuning;
+        let due = |after: u32| after > 0 && lineage.iterations >= u64::from(after);
         let (growth, memory) = (due(params.grow_after), due(params.remember_after));
-        if growth && !line.grown {
-            line.grown = true;
-            self.grow_line(line, rng);
+        if growth && !lineage.grown {
+            lineage.grown = true;
+            self.grow_lineage(lineage, rng);
         }
-        if memory && !line.remembers {
-            line.remembers = true;
-            self.remember_line(line);
+        if memory && !lineage.remembers {
+            lineage.remembers = true;
+            self.remember_lineage(lineage);
         }
-        let Some(tunable) = self.tunable(line.root) else {
-            line.behind = u32::MAX;
-            return Vec::new();
+        let Some(tunable) = self.tunable(lineage.root) else {
+            lineage.behind = u32::MAX;
+            return Ok(Vec::new());
         };
         let mut values = tunable.values();
         for _ in 0..params.iterations {
-            let cooled = params.cooled(line.iterations);
+            let cooled = params.cooled(lineage.iterations);
             let search = Search::new(&cooled, &values, rng);
-            let trials = self.try_directions(&search, &tunable, pool, episode, tally);
-            line.judge(&trials);
+            let trials = self.try_directions(&search, &tunable, pool, episode, stats)?;
+            lineage.update_trial_average(&trials);
             values = search.step(&trials);
-            line.mean.push(&values);
-            line.iterations += 1;
+            lineage.mean.push(&values);
+            lineage.iterations += 1;
         }
-        let old = line.root;
-        line.root = self.write_back(old, &tunable, &values);
-        let mut roots = vec![line.root];
-        let due =
-            params.mean_every > 0 && self.generation.is_multiple_of(u64::from(params.mean_every));
-        if due && let Some(mean) = line.mean.last_quarter() {
+        let old = lineage.root;
+        lineage.root = self.write_back(old, &tunable, &values);
+        let mut roots = vec![lineage.root];
+        let due = params.mean_every > 0
+            && self
+                .state
+                .generation
+                .is_multiple_of(u64::from(params.mean_every));
+        if due && let Some(mean) = lineage.mean.last_quarter() {
             let root = self.write_back(old, &tunable, &mean);
-            line.mean_root = Some(root);
+            lineage.mean_root = Some(root);
             roots.push(root);
         }
-        roots
+        Ok(roots)
     }
 
-    /// Clones programs inside the line's team, each with a bid of its own; all of its constants are tuned from here on.
-    pub(super) fn grow_line(&mut self, line: &mut Tuned, rng: &mut Rng) {
-        let mut team = Team::clone(self.population.team(line.root));
-        let size = self.blueprint.tuning.grow_to as usize;
+    /// Clones programs inside the lineage's team, each with a bid of its own; all of its constants are tuned from here on.
+    pub(super) fn grow_lineage(&mut self, lineage: &mut Lineage, rng: &mut Rng) {
+        let mut team = Team::clone(self.state.population.team(lineage.root));
+        let size = self.settings.tuning.grow_to as usize;
         let mut grew = false;
         while team.members.len() < size
-            && grow(&mut self.population, &mut team, &self.blueprint.genes, rng)
+            && grow(
+                &mut self.state.population,
+                &mut team,
+                &self.settings.genes,
+                rng,
+            )
         {
             grew = true;
         }
         if grew {
-            line.root = self.population.add_team(team);
-            line.mean = RecentMean::default();
+            lineage.root = self.state.population.add_team(team);
+            lineage.mean = RecentMean::default();
         }
     }
 
-    /// Gives each program of the line's team that has the registers a memory of what it observed.
-    pub(super) fn remember_line(&mut self, line: &mut Tuned) {
-        let mut team = Team::clone(self.population.team(line.root));
+    /// Gives each program of the lineage's team that has the registers a memory of what it observed.
+    pub(super) fn remember_lineage(&mut self, lineage: &mut Lineage) {
+        let mut team = Team::clone(self.state.population.team(lineage.root));
         let before = team.members.clone();
         for member in &mut team.members {
-            if let Some(copy) = remember(&mut self.population, *member, &self.blueprint.genes) {
+            if let Some(copy) = remember(&mut self.state.population, *member, &self.settings.genes)
+            {
                 *member = copy;
             }
         }
         if team.members != before {
-            line.root = self.population.add_team(team);
-            line.mean = RecentMean::default();
+            lineage.root = self.state.population.add_team(team);
+            lineage.mean = RecentMean::default();
         }
     }
 
     /// What of an agent can be tuned; `None` if nothing, or if the agent is too large to be scored.
     pub(super) fn tunable(&self, root: TeamId) -> Option<Tunable> {
         let template = self
-            .export(root, self.generation, None, Mode::Compact)
+            .export(root, self.state.generation, None, Mode::Compact)
             .ok()?;
-        let sites = constant_sites(&self.population, root, &self.blueprint.contract);
+        let sites = constant_sites(&self.state.population, root, &self.settings.policy_spec);
         let blob = Blob::decode(&template).ok()?;
         let constants = blob.tables().constants.iter();
         let table: Vec<f32> = constants.map(|x| f32::from_le_bytes(*x)).collect();
@@ -268,14 +303,14 @@ impl Session {
         tunable: &Tunable,
         pool: &mut Pool,
         episode: &mut u64,
-        tally: &mut Tally,
-    ) -> Vec<Trial> {
-        let params = &self.blueprint.tuning;
+        stats: &mut EvalStats,
+    ) -> Result<Vec<Trial>, Stopped> {
+        let params = &self.settings.tuning;
         let (directions, episodes) = (params.directions as usize, params.episodes as usize);
         let numbers = *episode..*episode + (directions * episodes) as u64;
         *episode = numbers.end;
         let seeds: Vec<u64> = numbers
-            .map(|k| episode_seed(Domain::Train, self.seed, self.generation, k))
+            .map(|k| episode_seed(Domain::Train, self.seed, self.state.generation, k))
             .collect();
         let make = |trial: usize| tunable.blob(&search.constants(trial));
         let results = pool.score(&Batch {
@@ -286,22 +321,21 @@ impl Session {
             split: self.split(),
             conditions: self.training_conditions(),
             record: self.learner.is_some(),
-        });
+        })?;
         let fitness: Vec<f64> = results
             .iter()
             .map(|episodes| match episodes {
-                Some(episodes) => tally.count(episodes, |e| e.shaped),
+                Some(episodes) => stats.count(episodes, |e| e.shaped),
                 None => f64::NEG_INFINITY,
             })
             .collect();
         let (forwards, backwards) = fitness.split_at(directions);
         let pairs = forwards.iter().zip(backwards);
-        pairs
-            .map(|(forwards, backwards)| Trial {
-                forwards: *forwards,
-                backwards: *backwards,
-            })
-            .collect()
+        let trials = pairs.map(|(forwards, backwards)| Trial {
+            forwards: *forwards,
+            backwards: *backwards,
+        });
+        Ok(trials.collect())
     }
 
     /// Adds the agent with these constants in place of those that were tuned.
@@ -313,22 +347,23 @@ impl Session {
                 Owner::Program(id) => constants
                     .programs
                     .entry(id)
-                    .or_insert_with(|| self.population.program(id).constants.to_vec()),
+                    .or_insert_with(|| self.state.population.program(id).constants.to_vec()),
                 Owner::Team(id) => constants
                     .teams
                     .entry(id)
-                    .or_insert_with(|| self.population.team(id).memory.to_vec()),
+                    .or_insert_with(|| self.state.population.team(id).memory.to_vec()),
             };
             all[index] = *value;
         }
-        rewrite_constants(&mut self.population, root, &constants)
+        rewrite_constants(&mut self.state.population, root, &constants)
     }
 }
 
-impl Tally {
+impl EvalStats {
     /// Counts episodes that score nobody in particular, and returns their mean.
     pub(super) fn count(&mut self, episodes: &[Episode], value: fn(&Episode) -> f64) -> f64 {
         self.steps += episodes.iter().map(|e| u64::from(e.steps)).sum::<u64>();
+        self.episodes += episodes.len() as u64;
         self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
         let values: Vec<f64> = episodes.iter().map(value).collect();
         mean(&values)
@@ -340,17 +375,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_form_is_the_mean_of_trials_that_moves() {
-        let mut line = Tuned::new(TeamId(1));
+    fn the_trial_average_moves_with_the_mean_of_the_trials() {
+        let mut lineage = Lineage::new(TeamId(1));
         let trial = |forwards, backwards| Trial {
             forwards,
             backwards,
         };
-        line.judge(&[trial(f64::NEG_INFINITY, f64::NEG_INFINITY)]);
-        assert_eq!(line.form, None);
-        line.judge(&[trial(1.0, 3.0), trial(f64::NEG_INFINITY, 5.0)]);
-        assert_eq!(line.form, Some(3.0));
-        line.judge(&[trial(13.0, 13.0)]);
-        assert_eq!(line.form, Some(3.0 + FORM * 10.0));
+        lineage.update_trial_average(&[trial(f64::NEG_INFINITY, f64::NEG_INFINITY)]);
+        assert_eq!(lineage.trial_average, None);
+        lineage.update_trial_average(&[trial(1.0, 3.0), trial(f64::NEG_INFINITY, 5.0)]);
+        assert_eq!(lineage.trial_average, Some(3.0));
+        lineage.update_trial_average(&[trial(13.0, 13.0)]);
+        assert_eq!(lineage.trial_average, Some(3.0 + TRIAL_WEIGHT * 10.0));
     }
 }

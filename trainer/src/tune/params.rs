@@ -2,15 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::defaults::is_default;
+use crate::keys::{Key, is_default};
+
+/// Most programs of a team that has grown.
+const MOST_MEMBERS: u64 = 1000;
+/// Most iterations or generations that a setting of tuning counts.
+const LONGEST: u64 = 1_000_000_000;
+/// Smallest standard deviation of noise, and shortest step.
+const SMALLEST_MOVE: f64 = 1e-9;
+/// Largest of both, and largest margin.
+const LARGEST: f64 = 1e6;
 
 /// How the constants of the best agents are tuned; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TuningParams {
-    /// Agents that are tuned at a time; 0 turns tuning off.
-    pub lines: u32,
-    /// Iterations of each line in a generation.
+    /// Agents that are tuned at a time, one for each lineage. 0 turns tuning off.
+    #[serde(rename = "lines")]
+    pub lineages: u32,
+    /// Iterations of each lineage in a generation.
     pub iterations: u32,
     /// Directions of an iteration, each tried forwards and backwards.
     pub directions: u32,
@@ -20,34 +30,35 @@ pub struct TuningParams {
     pub episodes: u32,
     /// Standard deviation of what a trial adds to each constant.
     pub noise: f64,
-    /// Length of a step in units of the scores' standard deviation.
+    /// Length of a step, in standard deviations of the scores.
     pub step: f64,
-    /// Iterations in which noise and step halve, again and again; 0 keeps them.
+    /// Iterations after which noise and step have halved; they go on halving at this rate. 0 keeps them as they are.
     #[serde(default, skip_serializing_if = "is_default")]
     pub half_life: u32,
-    /// Generations between two means of a line's last quarter; 0 makes none.
+    /// Generations between two means of a lineage's last quarter. 0: none are made.
     pub mean_every: u32,
-    /// Generations that a line may lie behind the best agent before it takes that one's place; 0 stands for ever.
+    /// Generations for which a lineage may lie behind the best agent before it is replaced by it. 0: without limit.
     pub patience: u32,
-    /// Share of the best score by which a line lies behind.
+    /// A lineage lies behind if its score is lower than the best one by more than this share of it.
     pub margin: f64,
-    /// Iterations after which a line's team grows, once; 0 stands for never.
+    /// Iterations after which a lineage's team grows, once. 0: never.
     pub grow_after: u32,
     /// Programs of a team that has grown.
     pub grow_to: u32,
-    /// Iterations after which only the best line goes on; 0 stands for never.
+    /// Iterations after which only the best lineage goes on. 0: all go on.
     pub one_after: u32,
-    /// Whether the worse half of the lines ends at a time, in equal parts of those iterations, rather than all at their end.
+    /// Whether the worse half of the lineages ends at a time, after equal parts of `one_after`. Otherwise all but the best end
+    /// after `one_after`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub halve: bool,
-    /// Iterations after which the programs of a line's team get a memory, once; 0 stands for never.
+    /// Iterations after which the programs of a lineage's team get a memory, once. 0: never.
     pub remember_after: u32,
 }
 
 impl Default for TuningParams {
     fn default() -> Self {
         TuningParams {
-            lines: 0,
+            lineages: 0,
             iterations: 1,
             directions: 16,
             top: 8,
@@ -68,7 +79,26 @@ impl Default for TuningParams {
 }
 
 impl TuningParams {
-    /// The same with noise and step as they are after so many iterations.
+    pub(crate) const KEYS: &[Key] = &[
+        Key::whole("lines", 0, 10_000),
+        Key::whole("iterations", 1, 1_000_000),
+        Key::whole("directions", 1, 10_000),
+        Key::whole("top", 1, 10_000),
+        Key::whole("episodes", 1, 1000),
+        Key::number("noise", SMALLEST_MOVE, LARGEST),
+        Key::number("step", SMALLEST_MOVE, LARGEST),
+        Key::whole("half-life", 0, LONGEST),
+        Key::whole("mean-every", 0, LONGEST),
+        Key::whole("patience", 0, LONGEST),
+        Key::number("margin", 0.0, LARGEST),
+        Key::whole("grow-after", 0, LONGEST),
+        Key::whole("grow-to", 1, MOST_MEMBERS),
+        Key::whole("one-after", 0, LONGEST),
+        Key::flag("halve"),
+        Key::whole("remember-after", 0, LONGEST),
+    ];
+
+    /// These settings with noise and step as they are after a lineage has made this many iterations.
     #[must_use]
     pub fn cooled(&self, iterations: u64) -> Self {
         if self.half_life == 0 {
@@ -82,23 +112,19 @@ impl TuningParams {
         }
     }
 
-    /// Lines that go on after the longest has made so many iterations.
+    /// Number of lineages that go on once the oldest has made this many iterations.
     #[must_use]
-    pub fn lines_after(&self, iterations: u64) -> u32 {
+    pub fn lineages_after(&self, iterations: u64) -> u32 {
         let after = u64::from(self.one_after);
         if after == 0 || (iterations < after && !self.halve) {
-            return self.lines;
+            return self.lineages;
         }
-        // The least number of halvings that leaves one line.
-        let halvings = u64::from(self.lines).next_power_of_two().trailing_zeros();
+        // The least number of halvings that leaves one lineage.
+        let halvings = u64::from(self.lineages)
+            .next_power_of_two()
+            .trailing_zeros();
         let done = iterations.min(after) * u64::from(halvings) / after;
-        u64::from(self.lines).div_ceil(1 << done) as u32
-    }
-
-    /// Whether nothing differs from the defaults, which configurations leave out.
-    #[must_use]
-    pub fn is_default(&self) -> bool {
-        *self == TuningParams::default()
+        u64::from(self.lineages).div_ceil(1 << done) as u32
     }
 }
 
@@ -107,26 +133,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_end_at_once_or_half_of_them_at_a_time() {
-        let lines = |halve, lines| {
+    fn lineages_end_at_once_or_half_of_them_at_a_time() {
+        let lineages = |halve, lineages| {
             let params = TuningParams {
-                lines,
+                lineages,
                 one_after: 30,
                 halve,
                 ..TuningParams::default()
             };
-            [0, 9, 10, 20, 29, 30, u64::MAX].map(|iterations| params.lines_after(iterations))
+            [0, 9, 10, 20, 29, 30, u64::MAX].map(|iterations| params.lineages_after(iterations))
         };
-        assert_eq!(lines(false, 8), [8, 8, 8, 8, 8, 1, 1]);
-        assert_eq!(lines(true, 8), [8, 8, 4, 2, 2, 1, 1]);
-        assert_eq!(lines(true, 5), [5, 5, 3, 2, 2, 1, 1]);
-        assert_eq!(lines(true, 1), [1; 7]);
-        assert_eq!(lines(true, u32::MAX)[6], 1);
+        assert_eq!(lineages(false, 8), [8, 8, 8, 8, 8, 1, 1]);
+        assert_eq!(lineages(true, 8), [8, 8, 4, 2, 2, 1, 1]);
+        assert_eq!(lineages(true, 5), [5, 5, 3, 2, 2, 1, 1]);
+        assert_eq!(lineages(true, 1), [1; 7]);
+        assert_eq!(lineages(true, u32::MAX)[6], 1);
         let all = TuningParams {
-            lines: 3,
+            lineages: 3,
             ..TuningParams::default()
         };
-        assert_eq!(all.lines_after(u64::MAX), 3);
+        assert_eq!(all.lineages_after(u64::MAX), 3);
     }
 
     #[test]

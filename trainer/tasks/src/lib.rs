@@ -1,4 +1,4 @@
-//! Tasks to control, and what an episode of them says of a policy.
+//! Tasks to control, and the episodes that score a policy on them.
 //!
 //! ```text
 //! task --observation--> wrappers --> controller --action--> task        one step of an episode
@@ -6,13 +6,18 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | [`task`] | the plants, their physics, and what of them a policy may see |
+//! | [`task`] | the plants, their physics, and which part of the state a policy sees |
 //! | [`eval`] | episodes under a controller, disturbances of the link between both, baselines, seeds |
 //! | [`stats`] | means, intervals and tests over returns |
 //! | [`trace`] | every decision of an evaluation, recorded and decided again |
 //! | [`score`] | arguments, set-up and report of the commands that score a policy |
-//! | [`exit_status`] | how a command ends |
+//! | [`exit_status`] | how a command ends: the statuses, and errors that carry one |
+//! | [`console`] | what commands print, and to where |
 
+// These macros panic where the output is closed; `console` does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+pub mod console;
 pub mod eval;
 pub mod exit_status;
 pub mod score;

@@ -13,19 +13,6 @@ use crate::task::{
     self, ActionSpace, Observability, Spec, UnknownTask, Wrappers, parse_stack, stack_text,
 };
 
-/// Prints a value as one line of JSON to standard output, floats at full precision.
-///
-/// # Errors
-/// A [`Failure`] if standard output is closed.
-pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
-    use std::io::Write as _;
-    Ok(writeln!(
-        std::io::stdout().lock(),
-        "{}",
-        serde_json::to_string(value)?
-    )?)
-}
-
 /// Arguments of a scoring command.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
@@ -129,7 +116,7 @@ impl ScoreArgs {
     }
 }
 
-/// Gives a task that is not to be had the status of its cause.
+/// Gives the error of a task that cannot be made its exit status.
 fn bad_task<T>(created: Result<T, UnknownTask>) -> Result<T, Failure> {
     created.map_err(|error| match error {
         UnknownTask::BadFile { .. } => Failure::bad_input(error),
@@ -139,20 +126,20 @@ fn bad_task<T>(created: Result<T, UnknownTask>) -> Result<T, Failure> {
 
 /// Refuses a policy whose inputs or actions are not the task's.
 fn check_fit(header: &Header, spec: &Spec, seen: usize) -> Result<(), Failure> {
-    let misfit = |what: &str, policy: String, task: String| {
+    let misfit = |policy: String, task: String| {
         Err(Failure::usage(anyhow::anyhow!(
-            "policy does not fit task {}: it has {policy} {what}, the task offers {task}; \
+            "policy does not fit task {}: the policy {policy}, the task {task}; \
              choose --task and --observability as it was evolved",
             spec.name
         )))
     };
     let inputs = usize::from(header.observation_len);
     if inputs != seen {
-        return misfit("inputs", inputs.to_string(), seen.to_string());
+        return misfit(format!("has {inputs} inputs"), format!("offers {seen}"));
     }
     let (policy, task) = (header_actions(header), spec.actions);
     if policy != task {
-        return misfit("actions", format!("{policy:?}"), format!("{task:?}"));
+        return misfit(format!("chooses {policy}"), format!("takes {task}"));
     }
     Ok(())
 }
@@ -172,7 +159,7 @@ impl Setup {
     /// The task behind its wrappers.
     ///
     /// # Errors
-    /// A [`Failure`] if the task is not to be had any more.
+    /// A [`Failure`] if the task cannot be made again.
     pub fn arena(&self) -> Result<Arena, Failure> {
         let task = bad_task(task::create(&self.task_source))?;
         let wrappers =
@@ -200,7 +187,7 @@ impl Setup {
         (0..).map(move |k| episode_seed(Domain::Test, seed, 0, k))
     }
 
-    /// What the episodes came to, for printing.
+    /// The result of the episodes, for printing.
     #[must_use]
     pub fn report(&self, episodes: &[Episode]) -> Report {
         let returns: Vec<f64> = episodes.iter().map(|e| e.total).collect();

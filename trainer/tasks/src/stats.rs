@@ -6,7 +6,7 @@ pub use comparison::{MannWhitney, holm, mann_whitney, smallest_p};
 
 use crate::task::Rng;
 
-/// Arithmetic mean, summed in order; NaN of nothing.
+/// Arithmetic mean, summed in order; NaN without samples.
 #[must_use]
 pub fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len() as f64
@@ -23,7 +23,7 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
     (squares / (samples.len() - 1) as f64).sqrt()
 }
 
-/// Median: the mean of the middle two of an even number; NaN of nothing.
+/// Median: the mean of the middle two of an even number; NaN without samples.
 #[must_use]
 pub fn median(samples: &[f64]) -> f64 {
     let mut sorted = samples.to_vec();
@@ -43,7 +43,7 @@ pub fn median(samples: &[f64]) -> f64 {
 /// Resamples of a bootstrap: the ends of its interval then vary by less than a hundredth of its width.
 const RESAMPLES: usize = 10_000;
 
-/// 95 % percentile bootstrap interval of the mean: its ends, the lower first; NaN of nothing.
+/// 95 % percentile bootstrap interval of the mean: its ends, the lower first; NaN without samples.
 ///
 /// The resamples are always the same for the same number of samples.
 #[must_use]

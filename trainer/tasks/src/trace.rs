@@ -5,5 +5,5 @@
 mod record;
 mod replay;
 
-pub use record::{Decision, Header, Line, RecordError, Recording, TeamVisit};
+pub use record::{Decision, Event, Header, RecordError, TeamVisit, TracingController};
 pub use replay::{Difference, ReplayError, replay};

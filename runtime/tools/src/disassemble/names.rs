@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 
 use tpg_runtime::Policy;
 use tpg_runtime::isa::{CellName, Destination, Operand};
-use tpg_runtime::tables::{Instruction, Program};
+use tpg_runtime::registers::RegisterMap;
+use tpg_runtime::tables::{Instruction, Program, Section};
 
-/// Names operands by the layout of one program's registers.
+/// Names the operands of one program's instructions.
 pub(super) struct Names<'p> {
     policy: &'p Policy<'p>,
     width: usize,
@@ -20,15 +21,13 @@ impl<'p> Names<'p> {
     pub(super) fn new(policy: &'p Policy<'p>, program: &Program) -> Self {
         let header = policy.header();
         let width = usize::from(header.width);
-        let [scalars, vectors, _] = program.registers.map(usize::from);
-        let start = usize::from(program.state_start);
-        let vectors_start = start + scalars;
+        let registers = RegisterMap::of(header, program);
         Names {
             policy,
             width,
             inputs: usize::from(header.observation_len),
             window: usize::from(header.window),
-            starts: [start, vectors_start, vectors_start + vectors * width],
+            starts: Section::ALL.map(|kind| registers.first_word(kind, 0)),
         }
     }
 
@@ -85,6 +84,13 @@ impl<'p> Names<'p> {
 
 fn element(kind: char, offset: usize, len: usize) -> String {
     format!("{kind}{}[{}]", offset / len, offset % len)
+}
+
+/// Number and name of an output that has programs of its own.
+pub(super) fn output_name(policy: &Policy<'_>, output: u16) -> String {
+    let label = policy.outputs().nth(output.into());
+    let (name, _) = label.unwrap_or_default();
+    format!("output {output} ({name})")
 }
 
 /// Names of the inputs that some instruction or the front end's model reads, in the order of the observation; not those that a

@@ -1,9 +1,9 @@
 //! `tpg experiment report`
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use tpg_experiments::report::{self, ReportError};
+use tpg_tasks::console::print;
 use tpg_tasks::exit_status::{Failure, Status};
 
 /// Arguments of `tpg experiment report`.
@@ -17,13 +17,13 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let summary = report::write(&args.folder).map_err(|error| match error {
-        ReportError::Write { .. } | ReportError::Defect { .. } => error.into(),
+        ReportError::Write { .. } => Failure::usage(error),
+        ReportError::Defect { .. } => error.into(),
         error => Failure::bad_input(error),
     })?;
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", summary.runs)?;
+    print(summary.runs)?;
     for file in summary.files {
-        writeln!(out, "{}", file.display())?;
+        print(file.display())?;
     }
     Ok(Status::Fine)
 }

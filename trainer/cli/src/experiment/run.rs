@@ -2,14 +2,15 @@
 
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 use crate::interrupt::stop_on_signal;
 use tpg_experiments::cell;
 use tpg_experiments::file::{Cell, Experiment};
 use tpg_experiments::folder::{Folder, FolderError, Found, Manifest, default_folder};
 use tpg_experiments::row::Row;
+use tpg_tasks::console::note;
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 
 /// Arguments of `tpg experiment run`.
@@ -64,10 +65,10 @@ impl Args {
     }
 }
 
-/// Gives errors of the folder the status of their cause.
+/// The failure of a folder's error, with the status of its cause.
 fn folder_failure(error: FolderError) -> Failure {
     match error {
-        FolderError::Differs { .. } => Failure::usage(error),
+        FolderError::Differs { .. } | FolderError::Write(_) => Failure::usage(error),
         FolderError::Unreadable { .. } => Failure::bad_input(error),
         error => error.into(),
     }
@@ -85,13 +86,13 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let folder = Folder::open(&out, &manifest).map_err(folder_failure)?;
     let _lock = lock(&folder)?;
     let missing = missing(&folder, &manifest, &cells)?;
-    eprintln!(
+    note(format_args!(
         "{}: {} of {} runs are to be done, {} at a time",
         folder.path().display(),
         missing.len(),
         cells.len(),
         jobs.min(missing.len())
-    );
+    ));
     let stop = stop_on_signal()?;
     let work = Work {
         experiment: &experiment,
@@ -107,7 +108,8 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
 
 /// Keeps a second process out of the folder while this one lives.
 fn lock(folder: &Folder) -> Result<File, Failure> {
-    let file = File::create(folder.path().join("work/lock"))?;
+    let path = folder.path().join("work/lock");
+    let file = File::create(&path).or_unwritable(&path)?;
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(Failure::usage(anyhow::anyhow!(
             "another process is running the experiment in {}; wait for its end",
@@ -130,7 +132,10 @@ fn missing<'a>(
             Found::Finished => continue,
             Found::Nothing => {}
             Found::Damaged(damage) => {
-                eprintln!("{damage:#}; it is removed and {} done again", cell.name);
+                note(format_args!(
+                    "{damage:#}; it is removed and {} done again",
+                    cell.name
+                ));
                 folder.remove(cell).map_err(folder_failure)?;
             }
         }
@@ -147,11 +152,11 @@ struct Work<'a> {
     next: AtomicUsize,
     done: Mutex<usize>,
     all: usize,
-    stop: &'a AtomicBool,
+    stop: &'a Arc<AtomicBool>,
 }
 
 impl Work<'_> {
-    /// Does all runs, so many at a time; one that fails stops none of the others.
+    /// Does all runs, `jobs` at a time. A run that fails does not stop the others.
     fn finish(&self, jobs: usize) -> Result<Status, Failure> {
         let failures = std::thread::scope(|scope| {
             let workers: Vec<_> = (0..jobs.min(self.missing.len()))
@@ -169,7 +174,7 @@ impl Work<'_> {
             return Err(Failure::new(first.status, error));
         }
         if self.stop.load(Ordering::Relaxed) {
-            eprintln!("interrupted; the same command goes on");
+            note("interrupted; the same command goes on");
             return Ok(Status::Interrupted);
         }
         Ok(Status::Fine)
@@ -186,7 +191,7 @@ impl Work<'_> {
                 Ok(Some(row)) => self.show(&row),
                 Ok(None) => {}
                 Err(failure) => {
-                    eprintln!("{}: {:#}", cell.name, failure.error);
+                    note(format_args!("{}: {:#}", cell.name, failure.error));
                     failures.push(failure);
                 }
             }
@@ -200,7 +205,7 @@ impl Work<'_> {
             Err(poisoned) => poisoned.into_inner(),
         };
         *done += 1;
-        eprintln!(
+        note(format_args!(
             "[{done:>3}/{}] {:<40} test {:>9.2}  training {:>9.2}  {:>4} generations  {:>6.1} s",
             self.all,
             row.cell(),
@@ -208,6 +213,6 @@ impl Work<'_> {
             row.train_best,
             row.generations,
             row.cpu_seconds
-        );
+        ));
     }
 }

@@ -1,4 +1,4 @@
-//! Policies that know nothing, to compare with.
+//! Baseline policies that do not look at the observation.
 
 use std::convert::Infallible;
 

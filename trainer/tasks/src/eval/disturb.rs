@@ -145,7 +145,7 @@ enum Lost {
     },
 }
 
-/// One disturbance at work.
+/// The state of one disturbance during an episode.
 #[derive(Debug, Clone)]
 struct Stage {
     effect: Effect,

@@ -54,7 +54,7 @@ pub struct Disturbance {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DisturbError {
-    /// The text is none of the forms.
+    /// The text has none of the known forms.
     #[error(
         "no disturbance is called {0:?}; there are delay:steps, loss:a/b, noise:sd and quantise:step, each with \
          action: before it for actions"
@@ -62,16 +62,16 @@ pub enum DisturbError {
     Unknown(String),
     /// The delay is not within its range.
     #[error(
-        "{0:?} is no delay: write a whole number of steps from 1 to {MAX_DELAY}, as in delay:2"
+        "{0:?} is not a delay: write a whole number of steps from 1 to {MAX_DELAY}, as in delay:2"
     )]
     NotADelay(String),
-    /// The probability of a loss is no fraction from 0 to 1.
+    /// The probability of a loss is not a fraction from 0 to 1.
     #[error(
-        "{0:?} is no probability from 0 to 1: write a fraction of whole numbers, as in loss:1/10"
+        "{0:?} is not a probability from 0 to 1: write a fraction of whole numbers, as in loss:1/10"
     )]
     NotAProbability(String),
     /// The size of noise or of a step of quantisation is not positive.
-    #[error("{0:?} is no positive number, as in noise:0.01 or quantise:0.001")]
+    #[error("{0:?} is not a positive number, as in noise:0.01 or quantise:0.001")]
     NotPositive(String),
     /// Noise and quantisation mean nothing for the index of an action.
     #[error(
@@ -165,14 +165,14 @@ mod tests {
             ("fog:1", "no disturbance is called \"fog:1\"; there are"),
             ("delay", "no disturbance is called \"delay\""),
             ("action:", "no disturbance is called \"action:\""),
-            ("delay:0", "\"0\" is no delay"),
+            ("delay:0", "\"0\" is not a delay"),
             ("delay:10001", "from 1 to 10000"),
             ("loss:0.1", "as in loss:1/10"),
-            ("loss:2/1", "\"2/1\" is no probability"),
-            ("loss:0/0", "\"0/0\" is no probability"),
-            ("noise:-1", "\"-1\" is no positive number"),
-            ("noise:inf", "\"inf\" is no positive number"),
-            ("quantise:0", "\"0\" is no positive number"),
+            ("loss:2/1", "\"2/1\" is not a probability"),
+            ("loss:0/0", "\"0/0\" is not a probability"),
+            ("noise:-1", "\"-1\" is not a positive number"),
+            ("noise:inf", "\"inf\" is not a positive number"),
+            ("quantise:0", "\"0\" is not a positive number"),
         ] {
             let message = text.parse::<Disturbance>().unwrap_err().to_string();
             assert!(message.contains(way_out), "{text}: {message}");

@@ -5,7 +5,7 @@ use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
 use super::{EpisodeSeeds, Shaping};
 use crate::task::{Task, Wrappers};
 
-/// Whoever turns observations into actions: an agent here, or one at the other end of a bridge.
+/// Turns observations into actions: an agent in this process, or one at the other end of a bridge.
 pub trait Controller {
     /// Why it could not.
     type Error;
@@ -31,7 +31,7 @@ pub trait Controller {
 pub struct Reply<'a> {
     /// What the plant is to do.
     pub action: Action<'a>,
-    /// Instructions executed to find out.
+    /// Instructions executed for this decision.
     pub instructions: u32,
 }
 
@@ -70,7 +70,7 @@ impl<C: Controller> Controller for &mut C {
     }
 }
 
-/// What one episode came to.
+/// The result of one episode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Episode {
     /// Sum of the rewards, in f64 and in step order.
@@ -85,7 +85,7 @@ pub struct Episode {
     pub unstable: bool,
 }
 
-/// In what training episodes may be easier than the task. The default is the task itself.
+/// How training episodes may be easier than the task. The default is the task as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Conditions {
     /// Blackouts are `stage`/`stages` times as probable as the task says.

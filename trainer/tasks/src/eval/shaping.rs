@@ -1,17 +1,16 @@
-//! A fitness for training that differs from the task's reward.
+//! Reward shaping: a training fitness that differs from the task's reward.
 
 use serde::{Deserialize, Serialize};
 
 use crate::task::Step;
 
-/// Factors of reward terms in the fitness that steers training; 1 leaves a term as it is. What is reported is never
-/// shaped.
+/// Weights of reward terms in the training fitness; 1 leaves a term as it is. Reported returns are never shaped.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Shaping {
-    /// Of what a step earns for not having failed.
+    /// Weight of the reward for not having failed.
     pub alive: f64,
-    /// Of what it pays for control.
+    /// Weight of the cost of control.
     pub control: f64,
 }
 
@@ -25,7 +24,7 @@ impl Default for Shaping {
 }
 
 impl Shaping {
-    /// Whether nothing is shaped, which configurations leave out.
+    /// Whether nothing is shaped; configurations then leave the section out.
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == Shaping::default()

@@ -17,9 +17,9 @@ const INERTIA: f64 = 1.0;
 const PERIOD: f64 = 0.2;
 /// Newton metres, by the action's index.
 const TORQUES: [f64; 3] = [-1.0, 0.0, 1.0];
-/// Radians a second, of the first and of the second joint.
+/// Radians per second, of the first and of the second joint.
 const VELOCITY_LIMITS: [f64; 2] = [4.0 * PI, 9.0 * PI];
-/// Radians and radians a second.
+/// Radians and radians per second.
 const RESET_NOISE: f64 = 0.1;
 
 /// Two hanging links, of which a motor between them has to swing the free end up: Gymnasium's Acrobot-v1.

@@ -15,12 +15,12 @@ const LENGTH: f64 = 0.5;
 const POLE_MASS_LENGTH: f64 = POLE_MASS * LENGTH;
 /// Newtons.
 const FORCE: f64 = 10.0;
-/// Seconds.
 /// All of the reward is for not having failed.
 const ALIVE: Terms = Terms {
     alive: 1.0,
     control: 0.0,
 };
+/// Seconds.
 const PERIOD: f64 = 0.02;
 /// Twelve degrees, in radians.
 const ANGLE_LIMIT: f64 = 12.0 * 2.0 * PI / 360.0;

@@ -1,4 +1,4 @@
-//! What of an observation a policy sees.
+//! Which part of an observation a policy sees.
 
 use std::{fmt, str::FromStr};
 
@@ -31,14 +31,14 @@ pub enum Observability {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObservabilityError {
-    /// The text is none of the forms.
+    /// The text has none of the known forms.
     #[error(
         "no observability is called {0:?}; there are none, velocities-removed and blackout:a/b, joined by +"
     )]
     Unknown(String),
-    /// The probability of a blackout is no fraction of whole numbers.
+    /// The probability of a blackout is not a fraction of whole numbers.
     #[error(
-        "{0:?} is no fraction of whole numbers: write a blackout's probability as in blackout:2/3"
+        "{0:?} is not a fraction of whole numbers: write a blackout's probability as in blackout:2/3"
     )]
     NotAFraction(String),
     /// The probability of a blackout is not within 0 and 1.

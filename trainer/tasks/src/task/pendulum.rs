@@ -11,9 +11,9 @@ const GRAVITY: f64 = 10.0;
 const PERIOD: f64 = 0.05;
 /// Newton metres.
 const TORQUE_LIMIT: f32 = 2.0;
-/// Radians a second; T Tab 2.2 misprints 0.8.
+/// Radians per second; T Tab 2.2 misprints 0.8.
 const VELOCITY_LIMIT: f64 = 8.0;
-/// Radians and radians a second.
+/// Radians and radians per second.
 const RESET_NOISE: [f64; 2] = [PI, 1.0];
 
 /// A rod that a motor too weak to lift it has to swing up and hold: Gymnasium's Pendulum-v1.

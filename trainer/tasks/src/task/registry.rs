@@ -1,7 +1,7 @@
 //! Tasks by name.
 
-use super::{Acrobot, CartPole, Pendulum, Task};
-use std::path::{Path, PathBuf};
+use super::{Acrobot, CartPole, Pendulum, Task, UnknownTask};
+use std::path::Path;
 use std::sync::LazyLock;
 
 #[cfg(feature = "mujoco")]
@@ -77,42 +77,6 @@ static TABLE: &[Row] = &[
     robot!("humanoid-standup-v5", true),
 ];
 
-/// A name that stands for no task, or for none that this build can make.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum UnknownTask {
-    /// No task has this name.
-    #[error("no task is called {name:?}{}; tasks: {}, or the path of a .toml file that describes one",
-        hint(*nearest), names().join(", "))]
-    NoSuchName {
-        /// The name that was asked for.
-        name: String,
-        /// The name that differs least, if one is near.
-        nearest: Option<&'static str>,
-    },
-    /// The task is simulated by MuJoCo, which this build lacks.
-    #[error(
-        "the task {name} needs MuJoCo, which this build lacks: build with the feature `mujoco`; tasks without it: {}",
-        names().join(", ")
-    )]
-    NeedsMujoco {
-        /// Full name of the task.
-        name: &'static str,
-    },
-    /// The file that describes a task, or its model, cannot be used.
-    #[error("{}: {why}", path.display())]
-    BadFile {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        why: String,
-    },
-}
-
-fn hint(nearest: Option<&str>) -> String {
-    nearest.map_or_else(String::new, |name| format!(", did you mean {name:?}?"))
-}
-
 /// The full names of the tasks that this build can make.
 #[must_use]
 pub fn names() -> &'static [&'static str] {
@@ -132,7 +96,7 @@ pub fn names() -> &'static [&'static str] {
 ///
 /// # Errors
 /// [`UnknownTask::NoSuchName`] lists the names and suggests the nearest; [`UnknownTask::NeedsMujoco`] when the build
-/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or makes no sense.
+/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or used.
 ///
 /// # Examples
 /// ```
@@ -143,13 +107,14 @@ pub fn names() -> &'static [&'static str] {
 /// # }
 /// ```
 pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
-    if let Some(path) = file(name) {
+    if let Some(path) = description_file(name) {
         return described(path);
     }
     let row = find(name)?;
-    let make = row
-        .make
-        .ok_or(UnknownTask::NeedsMujoco { name: row.name })?;
+    let make = row.make.ok_or(UnknownTask::NeedsMujoco {
+        name: row.name,
+        known: names(),
+    })?;
     Ok(make())
 }
 
@@ -161,11 +126,13 @@ fn find(name: &str) -> Result<&'static Row, UnknownTask> {
         .ok_or_else(|| UnknownTask::NoSuchName {
             name: name.into(),
             nearest: nearest(name),
+            known: names(),
         })
 }
 
-/// The path of a described task, as opposed to the name of a built-in one.
-fn file(name: &str) -> Option<&Path> {
+/// The path of the TOML file that describes a task, where `name` is one instead of a built-in task's name.
+#[must_use]
+pub fn description_file(name: &str) -> Option<&Path> {
     let path = Path::new(name);
     (path.extension()? == "toml").then_some(path)
 }
@@ -180,13 +147,14 @@ fn described(path: &Path) -> Result<Box<dyn Task>, UnknownTask> {
 fn described(_: &Path) -> Result<Box<dyn Task>, UnknownTask> {
     Err(UnknownTask::NeedsMujoco {
         name: "that a file describes",
+        known: names(),
     })
 }
 
 /// The name of a task, with the path of a described one made absolute, so that it means the same in every folder.
 #[must_use]
 pub fn locate(name: &str) -> String {
-    let absolute = file(name).and_then(|path| std::path::absolute(path).ok());
+    let absolute = description_file(name).and_then(|path| std::path::absolute(path).ok());
     absolute
         .and_then(|path| Some(path.to_str()?.to_owned()))
         .unwrap_or_else(|| name.to_owned())
@@ -197,7 +165,7 @@ pub fn locate(name: &str) -> String {
 /// # Errors
 /// [`UnknownTask::BadFile`] where they cannot be read.
 pub fn identity(name: &str) -> Result<String, UnknownTask> {
-    let Some(path) = file(name) else {
+    let Some(path) = description_file(name) else {
         return Ok(name.to_owned());
     };
     #[cfg(feature = "mujoco")]
@@ -214,7 +182,7 @@ pub fn identity(name: &str) -> Result<String, UnknownTask> {
 /// # Errors
 /// [`UnknownTask::BadFile`] where a file cannot be read, [`UnknownTask::NoSuchName`] where the name is none.
 pub fn sources(name: &str) -> Result<Vec<(String, [u8; 32])>, UnknownTask> {
-    let Some(path) = file(name) else {
+    let Some(path) = description_file(name) else {
         return find(name).map(|_| Vec::new());
     };
     #[cfg(feature = "mujoco")]
@@ -230,7 +198,7 @@ fn bare(name: &str) -> &str {
 
 /// The name most like a misspelt one, full or bare as the misspelt one is.
 fn nearest(name: &str) -> Option<&'static str> {
-    /// Jaro-Winkler similarity, 0 to 1, below which a name is no likely misspelling of another.
+    /// Jaro-Winkler similarity, 0 to 1, below which a name is unlikely to be a misspelling of another.
     const LIKELY: f64 = 0.8;
     let lower = name.to_lowercase();
     let bare_names = TABLE
@@ -323,9 +291,12 @@ mod tests {
     #[cfg(not(feature = "mujoco"))]
     #[test]
     fn a_build_without_mujoco_says_so() {
-        let error = create("hopper").err().unwrap();
-        assert_eq!(error, UnknownTask::NeedsMujoco { name: "hopper-v4" });
-        assert!(error.to_string().contains("feature `mujoco`"));
+        let error = create("hopper").err().unwrap().to_string();
+        assert!(
+            error.starts_with("the task hopper-v4 needs MuJoCo"),
+            "{error}"
+        );
+        assert!(error.contains("feature `mujoco`"), "{error}");
         assert_eq!(names(), ["cartpole-v1", "acrobot-v1", "pendulum-v1"]);
     }
 }

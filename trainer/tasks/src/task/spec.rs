@@ -1,4 +1,6 @@
-//! What every task offers.
+//! The interface of every task.
+
+use std::fmt;
 
 use super::Rng;
 use tpg_runtime::Action;
@@ -48,12 +50,23 @@ pub enum ActionSpace {
     },
 }
 
+impl fmt::Display for ActionSpace {
+    /// In words, such as `one of 3 actions` or `6 values from -1 to 1`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Discrete(count) => write!(f, "one of {count} actions"),
+            Self::Continuous { len: 1, low, high } => write!(f, "1 value from {low} to {high}"),
+            Self::Continuous { len, low, high } => write!(f, "{len} values from {low} to {high}"),
+        }
+    }
+}
+
 /// The outcome of one control step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Reward of this step; 0 when the simulation became unstable.
     pub reward: f64,
-    /// What of the reward does not pay for the task itself, for whoever shapes a fitness.
+    /// The terms of the reward that training may weight differently.
     pub terms: Terms,
     /// Whether the episode ended here, by failure or by success; reaching [`Spec::max_steps`] is the caller's to see.
     pub terminated: bool,
@@ -90,7 +103,7 @@ pub trait Task: Send {
 
     /// Advances the plant by one control period under an action within [`Spec::actions`].
     ///
-    /// An action of the wrong kind is no control: zero for a continuous task, index 0 for a discrete one.
+    /// An action of the wrong kind counts as zeros in a continuous task, and as index 0 in a discrete one.
     fn step(&mut self, action: Action<'_>) -> Step;
 
     /// Why the last [`step`](Self::step) was [`unstable`](Step::unstable), such as `BADQACC at DOF 0 (joint "hip"), step 1`,

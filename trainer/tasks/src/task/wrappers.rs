@@ -1,4 +1,4 @@
-//! A stack of observabilities at work.
+//! Applies a stack of observabilities to observations.
 
 use super::observability::{Observability, ObservabilityError, threshold};
 use super::{Channel, Rng, Spec};
@@ -20,7 +20,7 @@ impl Wrappers {
     ///
     /// # Errors
     /// [`ObservabilityError::NothingToRemove`] if there are no velocities to remove or nothing else than velocities,
-    /// [`ObservabilityError::NotAProbability`] if a blackout's fraction is none.
+    /// [`ObservabilityError::NotAProbability`] if a blackout's fraction is not within 0 and 1.
     pub fn new(list: &[Observability], spec: &Spec) -> Result<Self, ObservabilityError> {
         let mut kept: Vec<usize> = (0..spec.inputs.len()).collect();
         let mut thresholds = Vec::new();

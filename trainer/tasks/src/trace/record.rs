@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use tpg_runtime::isa::CellName;
 use tpg_runtime::tables::{ProgramId, Section, Target, TeamId};
-use tpg_runtime::trace::{Observer, Place};
+use tpg_runtime::trace::{MemoryAddress, Observer};
 use tpg_runtime::{Action, HostAgent, ObservationError, Reset};
 
 use crate::eval::{Controller, Reply};
@@ -17,7 +17,7 @@ pub(super) const VERSION: u32 = 1;
 /// One line of a trace. The first is the header, the last the end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Line {
+pub enum Event {
     /// What was recorded.
     Header(Header),
     /// An episode begins.
@@ -159,11 +159,11 @@ impl Observer for Recorder {
         self.running.instructions = Some(instructions);
     }
 
-    fn read(&mut self, place: Place) {
+    fn read(&mut self, place: MemoryAddress) {
         self.running.reads.push(place_name(place));
     }
 
-    fn write(&mut self, place: Place) {
+    fn write(&mut self, place: MemoryAddress) {
         self.running.writes.push(place_name(place));
     }
 
@@ -196,12 +196,13 @@ impl Observer for Recorder {
 }
 
 /// `sm4`, `vm3`, `mm5` or `cell[49,2]`.
-fn place_name(place: Place) -> String {
+fn place_name(place: MemoryAddress) -> String {
     match place {
-        Place::Slot(Section::Scalar, slot) => format!("sm{slot}"),
-        Place::Slot(Section::Vector, slot) => format!("vm{slot}"),
-        Place::Slot(Section::Matrix, slot) => format!("mm{slot}"),
-        Place::Cell(cell) => CellName(cell).to_string(),
+        MemoryAddress::Slot(Section::Scalar, slot) => format!("sm{slot}"),
+        MemoryAddress::Slot(Section::Vector, slot) => format!("vm{slot}"),
+        MemoryAddress::Slot(Section::Matrix, slot) => format!("mm{slot}"),
+        MemoryAddress::Cell(cell) => CellName(cell).to_string(),
+        _ => format!("{place:?}"),
     }
 }
 
@@ -233,7 +234,7 @@ pub(super) fn decide<'a>(
 }
 
 /// An agent that writes every decision to a trace.
-pub struct Recording<'p, W> {
+pub struct TracingController<'p, W> {
     agent: Box<HostAgent<'p>>,
     out: W,
     episodes: u32,
@@ -241,14 +242,14 @@ pub struct Recording<'p, W> {
     decisions: u64,
 }
 
-impl<'p, W: Write> Recording<'p, W> {
+impl<'p, W: Write> TracingController<'p, W> {
     /// Begins a trace.
     ///
     /// # Errors
     /// Where it cannot be written.
     pub fn new(agent: Box<HostAgent<'p>>, header: Header, mut out: W) -> io::Result<Self> {
-        write_line(&mut out, &Line::Header(header))?;
-        Ok(Recording {
+        write_event(&mut out, &Event::Header(header))?;
+        Ok(TracingController {
             agent,
             out,
             episodes: 0,
@@ -263,13 +264,13 @@ impl<'p, W: Write> Recording<'p, W> {
     /// Where it cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         let decisions = self.decisions;
-        write_line(&mut self.out, &Line::End { decisions })?;
+        write_event(&mut self.out, &Event::End { decisions })?;
         self.out.flush()
     }
 }
 
-fn write_line(out: &mut impl Write, line: &Line) -> io::Result<()> {
-    serde_json::to_writer(&mut *out, line)?;
+fn write_event(out: &mut impl Write, event: &Event) -> io::Result<()> {
+    serde_json::to_writer(&mut *out, event)?;
     out.write_all(b"\n")
 }
 
@@ -284,18 +285,18 @@ pub enum RecordError {
     Write(#[from] io::Error),
 }
 
-impl<W: Write> Controller for Recording<'_, W> {
+impl<W: Write> Controller for TracingController<'_, W> {
     type Error = RecordError;
 
     fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), RecordError> {
         self.agent.reset(what, agent_seed);
-        let line = Line::Reset {
+        let line = Event::Reset {
             episode: self.episodes,
             agent: what == Reset::Agent,
             seed: agent_seed,
         };
         (self.episodes, self.step) = (self.episodes + 1, 0);
-        Ok(write_line(&mut self.out, &line)?)
+        Ok(write_event(&mut self.out, &line)?)
     }
 
     fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, RecordError> {
@@ -304,7 +305,7 @@ impl<W: Write> Controller for Recording<'_, W> {
         let instructions = decision.instructions;
         self.step += 1;
         self.decisions += 1;
-        write_line(&mut self.out, &Line::Decision(decision))?;
+        write_event(&mut self.out, &Event::Decision(decision))?;
         Ok(Reply {
             action,
             instructions,

@@ -5,7 +5,7 @@ use std::io::{self, BufRead};
 use serde_json::Value;
 use tpg_runtime::{HostAgent, Reset};
 
-use super::record::{Decision, Header, Line, VERSION, decide, digest, float};
+use super::record::{Decision, Event, Header, VERSION, decide, digest, float};
 
 /// The first decision that came out differently.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -39,9 +39,9 @@ pub enum ReplayError {
         /// Why.
         source: io::Error,
     },
-    /// A line is not what it should be.
-    #[error("line {line} is no line of a trace: {reason}")]
-    Line {
+    /// A line does not have the form of a trace.
+    #[error("line {line} is not a line of a trace: {reason}")]
+    Malformed {
         /// Line of the trace, from 1.
         line: u64,
         /// What is wrong with it.
@@ -79,7 +79,7 @@ pub fn replay(
     let (mut line, mut agreeing, mut place) = (0, 0, None);
     for text in trace.lines() {
         line += 1;
-        let bad = |reason: &str| ReplayError::Line {
+        let bad = |reason: &str| ReplayError::Malformed {
             line,
             reason: reason.to_owned(),
         };
@@ -91,14 +91,14 @@ pub fn replay(
                 .replace(" at line 1 column ", " at column "))
         })?;
         match (parsed, line) {
-            (Line::Header(header), 1) => check(&header, bytes).map_err(|fault| match fault {
+            (Event::Header(header), 1) => check(&header, bytes).map_err(|fault| match fault {
                 Some(other) => other,
                 None => bad("its form is of another version"),
             })?,
             (_, 1) => return Err(bad("the first is not a header")),
-            (Line::Header(_), _) => return Err(bad("a second header")),
+            (Event::Header(_), _) => return Err(bad("a second header")),
             (
-                Line::Reset {
+                Event::Reset {
                     episode,
                     agent: first,
                     seed,
@@ -108,7 +108,7 @@ pub fn replay(
                 agent.reset(if first { Reset::Agent } else { Reset::Episode }, seed);
                 place = Some((episode, 0));
             }
-            (Line::Decision(recorded), _) => {
+            (Event::Decision(recorded), _) => {
                 if place != Some((recorded.episode, recorded.step)) {
                     return Err(bad("episode and step do not follow the line before"));
                 }
@@ -127,8 +127,8 @@ pub fn replay(
                 }
                 agreeing += 1;
             }
-            (Line::End { decisions }, _) if decisions == agreeing => return Ok(Ok(agreeing)),
-            (Line::End { .. }, _) => return Err(bad("it counts other decisions than there are")),
+            (Event::End { decisions }, _) if decisions == agreeing => return Ok(Ok(agreeing)),
+            (Event::End { .. }, _) => return Err(bad("it counts other decisions than there are")),
         }
     }
     Err(ReplayError::Truncated { line })

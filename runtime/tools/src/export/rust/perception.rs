@@ -2,9 +2,10 @@
 
 use std::fmt::{self, Write as _};
 
-use tpg_runtime::frontend::{Blank, FrontEnd, action_variables};
+use tpg_runtime::front_end::{Fallback, FrontEnd, action_variables};
 
 use super::super::plan::Plan;
+use super::super::values::floats;
 use super::program::list;
 
 /// The tables of a front end, and what it perceived last.
@@ -18,10 +19,10 @@ pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result
     writeln!(
         out,
         "\nconst MEANS: [f32; INPUTS] = {};\nconst SCALES: [f32; INPUTS] = {};",
-        list(&plan.floats(front_end.means)),
-        list(&plan.floats(front_end.scales))
+        list(&floats(front_end.means)),
+        list(&floats(front_end.scales))
     )?;
-    if front_end.blank == Blank::Believe {
+    if front_end.fallback == Fallback::Model {
         let coefficients: Vec<String> = (front_end.coefficients.iter())
             .map(|bytes| format!("{bytes:?}"))
             .collect();
@@ -76,10 +77,10 @@ pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result
 }
 
 fn write_blank(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
-    match front_end.blank {
-        Blank::Hold => Ok(()),
-        Blank::Zero => writeln!(out, "        self.x = [0.0; INPUTS];"),
-        Blank::Believe => {
+    match front_end.fallback {
+        Fallback::Hold => Ok(()),
+        Fallback::Zero => writeln!(out, "        self.x = [0.0; INPUTS];"),
+        Fallback::Model => {
             let variables = front_end.columns.len() + action_variables(plan.policy.header());
             writeln!(out, "        let mut variables = [0.0; {variables}];")?;
             out.push_str(BELIEVE);
@@ -91,6 +92,8 @@ fn write_blank(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> f
             out.push_str(ADD);
             Ok(())
         }
+        // The exporter knows every fallback of the runtime that it is built with.
+        _ => Err(fmt::Error),
     }
 }
 
@@ -104,7 +107,7 @@ const BELIEVE: &str =
 
 const ADD: &str = "        for (k, change) in BELIEVED.iter().zip(sums) {
             if let Some(x) = self.x.get_mut(*k) {
-                *x = math::believe(*x, change);
+                *x = math::predict(*x, change);
             }
         }
 ";

@@ -1,5 +1,6 @@
 //! MuJoCo at work: compiling a model, one robot's state, and what happens when it fails.
 
+use crate::console::{note, one_line};
 use crate::exit_status::Status;
 use crate::task::{Step, Terms};
 use mujoco_rs::{
@@ -9,7 +10,6 @@ use mujoco_rs::{
 };
 use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::io::Write as _;
 use std::sync::{Arc, Mutex, Once, PoisonError};
 
 /// Compiles a model, as nothing else may: MuJoCo is kept from writing files first.
@@ -17,8 +17,7 @@ pub(super) fn compile(
     read: impl FnOnce() -> Result<MjModel, MjModelError>,
 ) -> Result<Arc<MjModel>, String> {
     silence();
-    let failed = |error: MjModelError| error.to_string().trim_end().replace('\n', "; ");
-    Ok(Arc::new(read().map_err(failed)?))
+    Ok(Arc::new(read().map_err(one_line)?))
 }
 
 /// Keeps MuJoCo from writing its log file into the working directory; once, before anything else of MuJoCo runs.
@@ -42,13 +41,11 @@ thread_local! {
 fn report(message: &MjLogMessage) {
     if message.level() == MjtLogLevel::mjLOG_ERROR {
         let (model, reason) = (SIMULATED.get(), message.subject());
-        // A standard error that is gone is no reason to end otherwise.
-        let _ = writeln!(
-            std::io::stderr(),
+        note(format_args!(
             "error: MuJoCo cannot go on with the model {model}: {reason}; change the model as this says (its memory is \
              <size memory=\"...\"/>), then start again or go on with --resume"
-        );
-        std::process::exit(i32::from(Status::Peer as u8));
+        ));
+        std::process::exit(Status::Peer.code().into());
     }
 }
 

@@ -1,6 +1,7 @@
 //! The keys of a file that describes a task.
 
 use super::unknown;
+use crate::console::one_line;
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use toml::{Table, Value};
@@ -271,10 +272,10 @@ impl Description {
     pub(super) fn read(text: &str, load: &Load<'_>) -> Result<Self, String> {
         let table = table(text)?;
         let read: Self = if table.contains_key("like") {
-            overlay(table, load, 0)?.try_into().map_err(shown)?
+            overlay(table, load, 0)?.try_into().map_err(one_line)?
         } else {
             // From the text, so that messages show the line.
-            toml::from_str(text).map_err(shown)?
+            toml::from_str(text).map_err(one_line)?
         };
         read.check()?;
         Ok(read)
@@ -385,13 +386,9 @@ impl Reset {
     }
 }
 
-fn shown(error: toml::de::Error) -> String {
-    error.to_string().trim_end().replace('\n', "; ")
-}
-
 /// The keys of one file, all of them known.
 fn table(text: &str) -> Result<Table, String> {
-    let table: Table = text.parse().map_err(shown)?;
+    let table: Table = text.parse().map_err(one_line)?;
     check_keys(&table, "")?;
     Ok(table)
 }

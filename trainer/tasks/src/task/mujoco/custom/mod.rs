@@ -1,4 +1,4 @@
-//! Tasks that a user describes: a MuJoCo model and a TOML file that says what of it a policy sees, moves and earns.
+//! Tasks that a user describes: a MuJoCo model, and a TOML file with observations, actuators, rewards and ends.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! A described task at work.
+//! The task that a description makes.
 
 use super::description::{Description, Part};
 use super::drive::Drives;
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tpg_runtime::Action;
 
-/// One element of the observation; the clip is infinite where there is none.
+/// One element of the observation; without a clip in the file, `clip` is infinite.
 #[derive(Debug)]
 struct Input {
     value: Value,
@@ -431,7 +431,7 @@ mod tests {
     use super::super::description::{self, RewardKind};
     use super::*;
 
-    /// A mass of 1 kg on a slide without gravity or friction, and what of it a task uses.
+    /// A mass of 1 kg on a slide without gravity or friction.
     const MODEL: &str = r#"<mujoco>
         <option timestep="0.01" gravity="0 0 0" integrator="Euler"/>
         <worldbody>

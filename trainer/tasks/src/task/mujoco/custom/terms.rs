@@ -173,7 +173,7 @@ impl Reward {
         self.weight * factor
     }
 
-    /// Adds a value of the term to those that do not pay for the task itself, if it is one of them.
+    /// Adds a value of the term to the terms that training may weight differently, if it is one of them.
     pub(super) fn attribute(&self, value: f64, terms: &mut Terms) {
         match self.counts_as {
             Some(CountsAs::Alive) => terms.alive += value,

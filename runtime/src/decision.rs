@@ -1,0 +1,58 @@
+//! What an agent is asked and what it answers.
+
+use core::fmt;
+
+use crate::tables::ProgramId;
+
+/// The action of one decision. Its values are within the policy's action range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action<'a> {
+    /// Index of the chosen action of a discrete task, from 0.
+    Discrete(u16),
+    /// One value for each output of a continuous task, in the task's unit.
+    Continuous(&'a [f32]),
+}
+
+/// One decision: the action and how it came about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Decision<'a> {
+    /// What the plant is to do.
+    pub action: Action<'a>,
+    /// The program that won at the last team. Where outputs have programs of their own: the highest bidder of all.
+    pub winner: ProgramId,
+    /// Instructions executed. A front end counts its multiplications.
+    pub instructions: u32,
+    /// Teams visited, at least 1.
+    pub teams: u16,
+}
+
+/// What begins when an agent is reset. The policy's [`ResetScope`](crate::blob::ResetScope) decides what that clears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reset {
+    /// The agent starts: its first episode of an evaluation.
+    Agent,
+    /// A further episode of the same agent.
+    Episode,
+}
+
+/// An observation of another length than the policy's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ObservationError {
+    /// Length that the policy expects.
+    pub needed: usize,
+    /// Length that was given.
+    pub got: usize,
+}
+
+impl fmt::Display for ObservationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { needed, got } = self;
+        write!(
+            f,
+            "observation has {got} elements, the policy expects {needed}"
+        )
+    }
+}
+
+impl core::error::Error for ObservationError {}

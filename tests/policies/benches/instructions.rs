@@ -1,0 +1,110 @@
+//! Machine instructions of decisions, counted by Valgrind's Callgrind: the same in every run, so a regression shows on
+//! any machine.
+//!
+//! Prints a line for each case, name and count, or is the process that Callgrind watches if it is given a case's name.
+//! `scripts/instruction-counts` runs this and compares with the committed counts.
+
+use std::env;
+use std::hint::black_box;
+use std::process::{Command, ExitCode};
+
+use tpg_runtime::isa::Op;
+use tpg_runtime::{Agent, HostAgent, Policy};
+use tpg_test_policies::shapes::{
+    ARITHMETIC, TRANSCENDENTAL, VECTORS, drifting_observations, straight, typical_graph,
+};
+
+const MATRICES: &[Op] = &[Op::MAdd, Op::MMul, Op::MatVec, Op::Outer, Op::Transpose];
+const SHARED: &[Op] = &[Op::ReloadS, Op::ReloadV, Op::ReloadM];
+
+/// An agent and the observations that it is to decide on, ready to run.
+struct Ready {
+    agent: Box<HostAgent<'static>>,
+    observations: Vec<Vec<f32>>,
+}
+
+fn ready(bytes: Vec<u8>, observations: Vec<Vec<f32>>) -> Ready {
+    let policy = Policy::load(bytes.leak()).expect("a well-formed policy");
+    let agent = Box::new(Agent::new(policy).expect("room"));
+    Ready {
+        agent,
+        observations,
+    }
+}
+
+fn line(mix: &[Op]) -> Ready {
+    ready(straight(mix, 11, 200).encode(), vec![vec![0.5; 11]; 10])
+}
+
+fn graph(mix: &[Op], stateful: bool) -> Ready {
+    let observations = drifting_observations();
+    let (bytes, _) = typical_graph(mix, 9, stateful, &observations);
+    let some = observations.iter().step_by(100).map(|x| x.to_vec());
+    ready(bytes, some.collect())
+}
+
+/// Makes what is counted.
+type Make = fn() -> Ready;
+
+/// The cases, by name.
+const CASES: &[(&str, Make)] = &[
+    ("scalar", || line(ARITHMETIC)),
+    ("vector", || line(VECTORS)),
+    ("matrix", || line(MATRICES)),
+    ("product", || line(&[Op::MatMul])),
+    ("reload", || line(SHARED)),
+    ("graph_stateless", || graph(ARITHMETIC, false)),
+    ("graph_stateful", || graph(ARITHMETIC, true)),
+    ("graph_transcendental", || graph(TRANSCENDENTAL, false)),
+];
+
+/// Callgrind counts while this function runs; it finds it by its name.
+#[inline(never)]
+fn decide(ready: &mut Ready) {
+    for observation in &ready.observations {
+        black_box(ready.agent.decide(black_box(observation)).is_ok());
+    }
+}
+
+/// Runs this program again under Callgrind for one case.
+fn count(case: &str) -> Result<u64, String> {
+    let program = env::current_exe().map_err(|e| format!("the program's own path: {e}"))?;
+    let mut valgrind = Command::new("valgrind");
+    valgrind
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .args([
+            "--collect-atstart=no",
+            "--toggle-collect=instructions::decide",
+        ])
+        .arg(program)
+        .arg(case);
+    let output = valgrind
+        .output()
+        .map_err(|e| format!("valgrind does not start: {e} (apt-get install valgrind)"))?;
+    let text = String::from_utf8_lossy(&output.stderr);
+    let found = text
+        .lines()
+        .find_map(|line| line.split_once("Collected : "));
+    match found.and_then(|(_, count)| count.trim().parse().ok()) {
+        Some(count) if count > 0 && output.status.success() => Ok(count),
+        _ => Err(format!("Callgrind counted nothing for {case}:\n{text}")),
+    }
+}
+
+fn main() -> ExitCode {
+    let named = env::args().nth(1);
+    if let Some((_, ready)) = CASES.iter().find(|case| Some(case.0) == named.as_deref()) {
+        decide(&mut ready());
+        return ExitCode::SUCCESS;
+    }
+    for (case, _) in CASES {
+        match count(case) {
+            Ok(count) => println!("{case} {count}"),
+            Err(message) => {
+                eprintln!("instructions: {message}");
+                return ExitCode::FAILURE;
+            }
+        }
+    }
+    ExitCode::SUCCESS
+}
