@@ -199,3 +199,35 @@ impl<
         Ok(())
     }
 }
+
+/// The type of the agent that has exactly the capacities that a policy needs.
+///
+/// The argument is the policy's bytes, a constant or a static; what [`Capacities::of`] refuses does not compile.
+///
+/// # Examples
+/// ```
+/// use tpg_runtime::{Policy, agent_type};
+///
+/// # static CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
+/// type Champion = agent_type!(CHAMPION);
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut agent = Champion::new(Policy::load(CHAMPION)?)?;
+/// # let observation = [0.0; 3];
+/// let decision = agent.decide(&observation)?;
+/// # Ok(())
+/// # }
+/// ```
+#[macro_export]
+macro_rules! agent_type {
+    ($bytes:expr) => {
+        $crate::Agent<
+            'static,
+            $crate::Fixed<{ $crate::Capacities::of($bytes).width }>,
+            { $crate::Capacities::of($bytes).words },
+            { $crate::Capacities::of($bytes).programs },
+            { $crate::Capacities::of($bytes).teams },
+            { $crate::Capacities::of($bytes).streams },
+        >
+    };
+}

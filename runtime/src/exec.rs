@@ -11,19 +11,17 @@ mod vectors;
 
 use core::borrow::BorrowMut;
 
-use crate::blob::{InitialValues, RegisterMode};
+use crate::blob::RegisterMode;
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
-use crate::tables::{Instruction, Program, ProgramId, Target, Team, TeamId};
+use crate::tables::{Code, Program, ProgramId, Target, Team, TeamId};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
 use context::Context;
+pub(crate) use context::{fill_initial, reset_registers};
 use scalars::{load, scalars};
 pub use vectors::vectors;
-
-/// Instructions as stored.
-type Code<'c> = &'c [[u8; Instruction::BYTES]];
 
 /// A policy with the state of its agent, wherever that is kept. `S` is an array or a slice of words.
 pub struct Machine<'s, 'p, S: ?Sized> {
@@ -168,44 +166,6 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
                 observer: &mut self.observer,
             };
             code = (self.vectors)((*words).borrow_mut(), &mut context, code);
-        }
-    }
-}
-
-/// Sets a program's registers to their initial values.
-#[inline(always)]
-pub(crate) fn reset_registers(policy: &Policy<'_>, words: &mut [f32], program: &Program) {
-    let len = program.register_words(usize::from(policy.header.width));
-    fill_initial(
-        policy,
-        words,
-        program.state_start,
-        program.constants_start,
-        len,
-    );
-}
-
-/// Sets `len` words at `start` to the constants from `constants_start` on, or to zero if there are none.
-pub(crate) fn fill_initial(
-    policy: &Policy<'_>,
-    words: &mut [f32],
-    start: u16,
-    constants_start: u32,
-    len: usize,
-) {
-    let Some(place) = words
-        .get_mut(usize::from(start)..)
-        .and_then(|rest| rest.get_mut(..len))
-    else {
-        return;
-    };
-    match policy.header.initial_values {
-        InitialValues::Zero => place.fill(0.0),
-        InitialValues::Evolved => {
-            let constants = policy.tables.constants.get(constants_start as usize..);
-            for (word, bytes) in place.iter_mut().zip(constants.unwrap_or_default()) {
-                *word = f32::from_le_bytes(*bytes);
-            }
         }
     }
 }

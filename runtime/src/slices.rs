@@ -30,7 +30,7 @@ pub struct Slices<'s> {
 /// use tpg_runtime::rng::Pcg32;
 /// use tpg_runtime::{AnyWidth, Policy, SliceAgent, Slices};
 ///
-/// # static CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+/// # static CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let (mut words, mut bids, mut visited) = ([0.0; 512], [0.0; 8], [false; 4]);
 /// let mut streams = [(); 8].map(|()| Pcg32::new(0, 0));

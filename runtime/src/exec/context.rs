@@ -1,6 +1,6 @@
 //! What instructions reach beyond the registers: evolved constants and shared memory.
 
-use super::fill_initial;
+use crate::blob::InitialValues;
 use crate::isa::{REGISTERS, Section};
 use crate::memory::{IndexedStream, draw_slot};
 use crate::rng::Pcg32;
@@ -106,5 +106,43 @@ pub(super) fn read_cell(policy: &Policy<'_>, observer: &mut impl Observer, at: u
     let k = usize::from(at).checked_sub(policy.cells_start());
     if let Some(bytes) = k.and_then(|k| policy.tables.cells.get(k)) {
         observer.read(MemoryAddress::Cell(u16::from_le_bytes(*bytes)));
+    }
+}
+
+/// Sets a program's registers to their initial values.
+#[inline(always)]
+pub(crate) fn reset_registers(policy: &Policy<'_>, words: &mut [f32], program: &Program) {
+    let len = program.register_words(usize::from(policy.header.width));
+    fill_initial(
+        policy,
+        words,
+        program.state_start,
+        program.constants_start,
+        len,
+    );
+}
+
+/// Sets `len` words at `start` to the constants from `constants_start` on, or to zero if there are none.
+pub(crate) fn fill_initial(
+    policy: &Policy<'_>,
+    words: &mut [f32],
+    start: u16,
+    constants_start: u32,
+    len: usize,
+) {
+    let Some(place) = words
+        .get_mut(usize::from(start)..)
+        .and_then(|rest| rest.get_mut(..len))
+    else {
+        return;
+    };
+    match policy.header.initial_values {
+        InitialValues::Zero => place.fill(0.0),
+        InitialValues::Evolved => {
+            let constants = policy.tables.constants.get(constants_start as usize..);
+            for (word, bytes) in place.iter_mut().zip(constants.unwrap_or_default()) {
+                *word = f32::from_le_bytes(*bytes);
+            }
+        }
     }
 }

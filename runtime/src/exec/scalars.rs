@@ -2,11 +2,10 @@
 
 use core::borrow::BorrowMut;
 
-use super::Code;
 use super::context::read_cell;
 use crate::isa::{self, Group, Op};
 use crate::math::{self, HOST, classic, scalar};
-use crate::tables::Instruction;
+use crate::tables::{Code, Instruction};
 use crate::trace::Observer;
 use crate::verify::Policy;
 

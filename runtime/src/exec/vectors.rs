@@ -1,6 +1,5 @@
 //! Instructions on vectors, matrices, constants and shared memory.
 
-use super::Code;
 use super::context::Context;
 use super::elementwise::{
     map_matrix, map_vector, reduce_matrix, reduce_rows, reduce_vector, scale_matrix, scale_vector,
@@ -10,7 +9,7 @@ use super::rows::{matrix, put_matrix, put_row, vector};
 use super::scalars::{load, store};
 use crate::isa::{self, Group, Op, Section};
 use crate::math::{self, lanes};
-use crate::tables::Instruction;
+use crate::tables::{Code, Instruction};
 use crate::trace::Observer;
 
 /// Runs instructions that touch vectors, matrices, constants or shared memory up to the first scalar one, and returns
