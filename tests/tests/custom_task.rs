@@ -146,15 +146,130 @@ fn mistakes_in_the_description_are_named() {
         &["period-us = 10000", "20000"],
     );
     refused("below = -1.95\nabove = 1.95", "", &["below, above"]);
+    refused(
+        "below = -1.95\nabove = 1.95",
+        "below = 1.95\nabove = -1.95",
+        &["qpos:trolley", "below = 1.95", "above = -1.95", "at once"],
+    );
+    refused(
+        "name = \"swing_sine\"",
+        "name = \"trolley_position\"",
+        &["observation.name", "\"trolley_position\"", "its own"],
+    );
+    refused(
+        "clip = 10.0",
+        "clip = 0.0",
+        &["observation.clip", "load_velocity", "above 0"],
+    );
+    refused("clip = 10.0", "clip = nan", &["observation.clip", "finite"]);
+    refused("target = 0.0", "target = nan", &["reward.target", "finite"]);
+    refused(
+        "below = -1.95",
+        "below = nan",
+        &["termination.below", "finite"],
+    );
+    refused(
+        "position-noise = 0.6",
+        "position-noise = inf",
+        &["reset.position-noise", "finite"],
+    );
     refused("target = 0.0", "target = 0.0 0", &["crane.toml"]);
     refused("crane.xml", "cran.xml", &["cran.xml", "cannot be read"]);
     refused("crane.xml", "a\\u0000b", &["cannot be read"]);
     refused("crane.xml", "crane.toml", &["crane.toml"]);
 }
 
+/// Drops every part of the example's description that begins with this header.
+fn without(header: &str) -> String {
+    let text = fs::read_to_string(Path::new(EXAMPLE).join("crane.toml")).expect("read");
+    let mut kept = true;
+    let lines = text.lines().filter(|line| {
+        if line.starts_with('[') {
+            kept = *line != header;
+        }
+        kept
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_description_without_a_needed_part_is_refused() {
+    for (header, word) in [
+        ("[[reward]]", "no [[reward]]"),
+        ("[[observation]]", "[[observation]]"),
+        ("[[actuator]]", "[[actuator]]"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let task = copy(folder.path());
+        fs::write(&task, without(header)).expect("written");
+        let (status, message) = train(&task, &folder.path().join("run"));
+        assert_eq!(status, Some(2), "{header}: {message}");
+        assert!(message.contains(word), "{header}: {message}");
+        assert!(message.contains("crane.toml"), "{header}: {message}");
+    }
+}
+
+/// MuJoCo compiles such a model, and every step of it fails.
+#[test]
+fn a_model_with_numbers_that_are_none_is_refused() {
+    let refused =
+        |from: &str, to: &str, words: &[&str]| assert_refused("crane.xml", from, to, words);
+    let step = "timestep=\"0.002\"";
+    refused(step, "timestep=\"0\"", &["crane.xml", "timestep"]);
+    refused(step, "timestep=\"-0.002\"", &["crane.xml", "timestep"]);
+    refused(step, "timestep=\"nan\"", &["crane.xml", "timestep"]);
+    for gravity in ["nan 0 0", "0 0 -inf"] {
+        let to = format!("{step} gravity=\"{gravity}\"");
+        refused(step, &to, &["crane.xml", "gravity", "finite"]);
+    }
+    refused(
+        "size=\"0.12\" mass=\"2\"",
+        "size=\"0.12\" mass=\"nan\"",
+        &["crane.xml", "mass", "\"load\""],
+    );
+    refused(
+        "damping=\"0.01\"",
+        "damping=\"nan\"",
+        &["crane.xml", "damping", "\"swing\""],
+    );
+}
+
+/// A pile of boxes that the model's memory cannot hold: MuJoCo ends the process from within a step.
+#[test]
+fn a_fatal_error_of_mujoco_ends_with_its_own_status() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let boxes: String = (0..40)
+        .map(|i| {
+            format!(
+                "<body pos=\"{} {} 0.3\"><freejoint/><geom type=\"box\" size=\".1 .1 .1\"/></body>",
+                0.05 * f64::from(i % 5),
+                0.05 * f64::from(i / 5)
+            )
+        })
+        .collect();
+    let model = format!(
+        "<mujoco><size memory=\"200K\"/><worldbody><geom type=\"plane\" size=\"5 5 .1\"/><body pos=\"0 0 1\">\
+         <joint name=\"j\" type=\"hinge\" axis=\"0 1 0\"/><geom size=\".1\" mass=\"1\"/></body>{boxes}</worldbody>\
+         <actuator><motor name=\"j\" joint=\"j\" ctrlrange=\"-1 1\"/></actuator></mujoco>"
+    );
+    let description = "name = \"t-v1\"\nmodel = \"pile.xml\"\nframe-skip = 5\nmax-steps = 50\n\
+        observation = [{ source = \"qpos:j\", name = \"j\", unit = \"rad\" }]\nactuator = [{ name = \"j\" }]\n\
+        reward = [{ kind = \"square\", source = \"qpos:j\", weight = -1.0 }]\n";
+    fs::write(folder.path().join("pile.xml"), model).expect("written");
+    let task = folder.path().join("t.toml");
+    fs::write(&task, description).expect("written");
+    let (status, message) = train(&task, &folder.path().join("run"));
+    assert_eq!(status, Some(4), "{message}");
+    for word in ["pile.xml", "out of memory", "<size memory="] {
+        assert!(message.contains(word), "no {word:?} in: {message}");
+    }
+    assert!(!message.contains("panicked"), "{message}");
+}
+
 #[test]
 fn mistakes_in_the_model_are_named() {
-    let refused = |from, to, words: &[&str]| assert_refused("crane.xml", from, to, words);
+    let refused =
+        |from: &str, to: &str, words: &[&str]| assert_refused("crane.xml", from, to, words);
     refused(
         "<joint name=\"swing\"",
         "<jont name=\"swing\"",

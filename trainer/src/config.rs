@@ -1,13 +1,18 @@
 //! Configurations: defaults, preset, file and `--set`, in this order, into one checked value.
 
-mod beyond;
+mod checks;
+mod error;
 mod front_end;
 mod layers;
 mod preset;
 mod schema;
 mod settings;
+#[cfg(test)]
+mod tests;
 
-pub use layers::{ConfigError, differences, leaves, nearest, resolve};
+pub use crate::keys::nearest;
+pub use error::ConfigError;
+pub use layers::{differences, leaves, resolve};
 pub use preset::{Preset, presets};
-pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, SelectionParams};
+pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, Resets, SelectionParams};
 pub use settings::Settings;

@@ -1,7 +1,8 @@
-//! Evolution, pure: population, scores and a random stream in, population out.
+//! Evolution: makes a population from a population, its scores and a random stream. Knows no tasks and scores nothing.
 
 mod genome;
 mod grow;
+mod initial;
 mod linear;
 mod params;
 mod population;
@@ -45,50 +46,15 @@ pub(crate) mod tests {
         }
     }
 
+    /// The defaults in small, with operators that they leave off.
     pub fn params() -> EvolutionParams {
-        EvolutionParams {
-            initial: Initial::Random,
-            population: 40,
-            children: 20,
-            tournament: 3,
-            team: TeamParams {
-                size: SizeRange {
-                    initial_min: 1,
-                    initial_max: 5,
-                    max: 10,
-                },
-                crossover: 0.5,
-                inherit: 0.5,
-                delete: 0.1,
-                add: 0.075,
-                repeat: false,
-                reorder: 0.1,
-                mutate: 0.0,
-                reset: 0.1,
-                grow: 0.0,
-                remember: 0.0,
-            },
-            program: ProgramParams {
-                size: SizeRange {
-                    initial_min: 1,
-                    initial_max: 10,
-                    max: 96,
-                },
-                code: 1.0,
-                change: 0.1,
-                swap: 0.1,
-                delete: 0.1,
-                add: 0.075,
-                action: 0.3,
-                atomic: 0.5,
-                offset: 0.1,
-            },
-            constants: ConstantParams {
-                mutate: 0.5,
-                factor_min: 0.5,
-                factor_max: 2.0,
-                flip: 0.1,
-            },
-        }
+        let defaults = include_str!("../presets/defaults.toml");
+        let mut table: toml::Table = defaults.parse().expect("well-formed");
+        let evolution = table.remove("evolution").expect("a table");
+        let mut params: EvolutionParams = evolution.try_into().expect("complete");
+        (params.population, params.children) = (40, 20);
+        params.team.reset = 0.1;
+        (params.program.action, params.program.atomic) = (0.3, 0.5);
+        params
     }
 }

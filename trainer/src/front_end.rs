@@ -1,11 +1,11 @@
-//! Front ends that a run learns from what its policies saw: scaling, and a model for the steps at which they were blind.
+//! Front ends that a run learns from what its policies saw: scaling, and a model for steps in which the observation is blank.
 //!
 //! ```text
 //! Recorded (around each agent) --Recording--> Learner --LearnedFrontEnd, for the next generation--> lowering
 //! ```
 //!
-//! Only what policies see is recorded, in the order of individual, episode and step, so that any number of threads learns the
-//! same bits.
+//! Only what policies see is recorded. Recordings are taken in by individual, episode and step, so that the result does not
+//! depend on the number of threads.
 
 mod choose;
 mod fit;

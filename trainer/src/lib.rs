@@ -1,10 +1,10 @@
 //! Evolves Tangled Program Graphs.
 pub mod columns;
 pub mod config;
-mod defaults;
 pub mod evolve;
 pub mod files;
 pub mod front_end;
+mod keys;
 pub mod lower;
 pub mod made_with;
 pub mod monitor;

@@ -1,29 +1,20 @@
-//! Genome to the runtime's tables: drops what cannot matter, renumbers the rest, and never interprets.
+//! Turns a genome into the runtime's tables. Drops what cannot influence an action, renumbers the rest, and never executes it.
 //!
-//! All modes decide alike, bit for bit. [`Mode::Compact`] is what is scored and exported; [`Mode::Whole`]
-//! keeps everything as evolved, [`Mode::Counting`] as much of it as the thesis's counts of executed instructions and
-//! memory accesses need.
+//! Policies decide alike in all modes, bit for bit. [`Mode::Compact`] is what is scored and exported. [`Mode::Whole`] keeps
+//! everything as evolved. [`Mode::Counting`] keeps what the thesis's counts of executed instructions and memory accesses need.
 
 mod constants;
 mod emit;
+mod error;
 mod liveness;
+mod mode;
 mod policy_spec;
 
 pub use constants::{ConstantSite, Owner, constant_sites, with_constants};
-pub use emit::{LowerError, lower};
+pub use emit::lower;
+pub use error::LowerError;
+pub use mode::Mode;
 pub use policy_spec::PolicySpec;
-
-/// How much of a genome reaches the tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
-    /// Everything that the root can reach, as evolved.
-    Whole,
-    /// Every instruction, slot and cell as evolved, but only registers that matter or that an instruction names: executes
-    /// and accesses what [`Mode::Whole`] does, in so much less room that wide policies of many programs fit the format.
-    Counting,
-    /// Only instructions, registers, slots and cells that can influence an action.
-    Compact,
-}
 
 #[cfg(test)]
 mod tests {

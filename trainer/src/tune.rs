@@ -1,4 +1,4 @@
-//! Tuning of evolved constants, all of an agent's together, pure: scores and a random stream in, constants out.
+//! Tunes all evolved constants of an agent together: makes constants from scores and a random stream. Scores nothing itself.
 //!
 //! The method is augmented random search (H. Mania, A. Guy, B. Recht, arXiv 1803.07055).
 

@@ -170,7 +170,7 @@ impl View {
     fn short(&self) -> String {
         let [generation, run] = self.left.map(duration);
         format!(
-            "gen {} {}/{} ep {} st/s {generation}/{run} left best {:.1}",
+            "gen {} {}/{} {} st/s left {generation}/{run} best {:.1}",
             self.known.generation + 1,
             self.scored.episodes,
             self.scored.planned,

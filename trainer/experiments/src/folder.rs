@@ -20,7 +20,7 @@ use super::file::{Cell, Experiment};
 use super::row::{
     Access, CellFiles, CurvePoint, Row, TableError, read_row, read_table, write_synced,
 };
-use tpg_tasks::exit_status::one_line;
+use tpg_tasks::console::one_line;
 use tpg_trainer::config::leaves;
 use tpg_trainer::made_with::MadeWith;
 

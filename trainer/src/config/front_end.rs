@@ -1,68 +1,40 @@
 //! Checks of the settings of learned front ends.
 
-use tpg_runtime::front_end::{MAX_DEGREE, monomials};
+use tpg_runtime::front_end::monomials;
 
-use super::ConfigError;
-use super::layers::nearest;
-use super::settings::value;
-use crate::front_end::{Columns, FrontEndFallback, FrontEndParams};
+use super::error::ConfigError;
+use crate::front_end::{Columns, FrontEndParams};
+use crate::keys::nearest;
 use tpg_tasks::task::Channel;
 
-/// Most monomials of a model: a fit takes time with their square and room in each policy.
+/// Most monomials of a model. The time of a fit grows with their square, and each policy has room for all of them.
 const MOST_MONOMIALS: u64 = 700;
 
-/// Checks the settings and returns the numbers of the columns that a model describes; `None` if the data are to choose them.
+/// Checks the settings and returns the numbers of the columns that a model describes, ascending; `None` if the data are to
+/// choose them.
+///
+/// `actions` is the number of variables by which a model knows an action.
 pub(super) fn check(
     params: &FrontEndParams,
     inputs: &[Channel],
     actions: usize,
 ) -> Result<Option<Vec<u16>>, ConfigError> {
-    if !(1..=MAX_DEGREE).contains(&params.degree) {
-        let why = format!("a model's degree lies between 1 and {MAX_DEGREE}");
-        return Err(value("front-end.degree", &params.degree.to_string(), why));
-    }
-    for (key, number) in [
-        ("front-end.weighting", params.weighting),
-        ("front-end.outlier", params.outlier),
-        ("front-end.ridge", params.ridge),
-    ] {
-        if !(number.is_finite() && number >= 0.0) {
-            return Err(value(
-                key,
-                &number.to_string(),
-                "must be finite and not negative",
-            ));
-        }
-    }
-    for (key, number) in [
-        ("front-end.pairs", params.pairs),
-        ("front-end.refit-every", params.refit_every),
-    ] {
-        if number == 0 {
-            return Err(value(key, "0", "must be at least 1"));
-        }
-    }
     let columns = columns(&params.columns, inputs)?;
     let most = columns.as_ref().map_or(inputs.len(), Vec::len) + actions;
     let count = monomials(most, params.degree);
-    if params.belief == FrontEndFallback::Learned && count > MOST_MONOMIALS {
+    if params.belief.has_model() && count > MOST_MONOMIALS {
         let why = format!(
             "a model of {most} variables has {count} monomials, at most {MOST_MONOMIALS} are fitted: \
              name fewer front-end.columns, or take a lower degree"
         );
-        return Err(value("front-end.degree", &params.degree.to_string(), why));
+        return Err(ConfigError::value("front-end.degree", params.degree, why));
     }
     Ok(columns)
 }
 
 fn columns(columns: &Columns, inputs: &[Channel]) -> Result<Option<Vec<u16>>, ConfigError> {
-    let key = "front-end.columns";
     let names = match columns {
-        _ if columns.is_auto() => return Ok(None),
-        Columns::Word(word) => {
-            let why = "give a list of the observation's names, or \"auto\"";
-            return Err(value(key, word, why));
-        }
+        Columns::Auto => return Ok(None),
         Columns::Names(names) => names,
     };
     if names.is_empty() {
@@ -73,7 +45,7 @@ fn columns(columns: &Columns, inputs: &[Channel]) -> Result<Option<Vec<u16>>, Co
         let Some(number) = inputs.iter().position(|input| input.name == *name) else {
             let known = nearest(name, inputs.iter().map(|input| input.name.as_str()));
             let why = format!("the observation has no such element; did you mean {known:?}?");
-            return Err(value(key, name, why));
+            return Err(ConfigError::text("front-end.columns", name, why));
         };
         numbers.push(number as u16);
     }
@@ -85,6 +57,7 @@ fn columns(columns: &Columns, inputs: &[Channel]) -> Result<Option<Vec<u16>>, Co
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::front_end::FrontEndFallback;
 
     #[test]
     fn columns_are_named_or_all_or_left_to_the_data() {
@@ -106,9 +79,8 @@ mod tests {
             |names: &[&str]| Columns::Names(names.iter().map(|n| (*n).to_owned()).collect());
         assert_eq!(with(names(&[])), Ok(Some(vec![0, 1, 2])));
         assert_eq!(with(names(&["speed", "z", "z"])), Ok(Some(vec![0, 2])));
-        assert_eq!(with(Columns::Word("auto".into())), Ok(None));
+        assert_eq!(with(Columns::Auto), Ok(None));
         let unknown = with(names(&["angel"])).expect_err("no such name");
         assert!(unknown.contains("did you mean \"angle\""), "{unknown}");
-        assert!(with(Columns::Word("all".into())).is_err());
     }
 }

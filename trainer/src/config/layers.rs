@@ -1,62 +1,17 @@
 //! Merging layers of TOML, with suggestions for keys that do not exist.
 
 use toml::{Table, Value};
-use tpg_tasks::exit_status::one_line;
 
-use super::preset::DEFAULTS;
-use super::{Config, Preset};
+use super::error::ConfigError;
+use super::preset::{DEFAULTS, Preset, parse};
+use super::schema::{Config, check};
+use crate::keys::nearest;
 
-/// Why there is no configuration.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ConfigError {
-    /// No preset has this name.
-    #[error("no preset is called {name:?}; did you mean {suggestion:?}? `tpg presets` lists all")]
-    UnknownPreset {
-        /// The name that was given.
-        name: String,
-        /// The nearest name that exists.
-        suggestion: String,
-    },
-    /// No such key.
-    #[error("no key is called {key:?}; did you mean {suggestion:?}?")]
-    UnknownKey {
-        /// The key that was given.
-        key: String,
-        /// The nearest key that exists.
-        suggestion: String,
-    },
-    /// A `--set` without `=`.
-    #[error("{text:?} is no key=value, such as evolution.population=200")]
-    NotAnAssignment {
-        /// What was given.
-        text: String,
-    },
-    /// A file is no TOML, or a value is of the wrong type.
-    #[error("{0}")]
-    Toml(String),
-    /// A value is of the right type but makes no sense.
-    #[error("{key} = {value}: {why}")]
-    Value {
-        /// The key.
-        key: &'static str,
-        /// Its value.
-        value: String,
-        /// What is wrong with it, and what would be right.
-        why: String,
-    },
-}
-
-impl From<toml::de::Error> for ConfigError {
-    fn from(error: toml::de::Error) -> Self {
-        ConfigError::Toml(one_line(&error))
-    }
-}
-
-/// Merges a preset with a file's text and with `key=value` settings.
+/// Merges a preset with a file's text and with `key=value` settings, of which later ones are stronger.
 ///
 /// # Errors
-/// [`ConfigError`] for unknown keys and values of the wrong type; [`super::Settings`] checks what they mean.
+/// [`ConfigError`] for unknown keys, and for values of the wrong type or outside of their bounds. Whether the settings make
+/// sense together is checked by [`super::Settings::new`].
 pub fn resolve(
     preset: &Preset,
     file: Option<&str>,
@@ -72,6 +27,7 @@ pub fn resolve(
     for set in sets {
         merge(&mut table, &assignment(set)?, "")?;
     }
+    check(&table)?;
     let mut config = Config::try_from(Value::Table(table))?;
     config.task = tpg_tasks::task::locate(&config.task);
     Ok(config)
@@ -85,11 +41,7 @@ impl TryFrom<Value> for Config {
     }
 }
 
-pub(super) fn parse(text: &str) -> Result<Table, ConfigError> {
-    Ok(text.parse::<Table>()?)
-}
-
-/// `a.b=value` as a table; a value that is no TOML is taken as text.
+/// `a.b=value` as a table. A value that is no TOML is taken as text.
 fn assignment(text: &str) -> Result<Table, ConfigError> {
     let not_an_assignment = || ConfigError::NotAnAssignment { text: text.into() };
     let (key, value) = text.split_once('=').ok_or_else(not_an_assignment)?;
@@ -175,14 +127,6 @@ pub fn differences(here: &Config, there: &Config) -> Option<String> {
     (!all.is_empty()).then(|| all.join("; "))
 }
 
-/// The candidate that is spelled most like `name`; empty without candidates.
-pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> String {
-    candidates
-        .map(|c| (strsim::jaro_winkler(name, c), c))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or_else(String::new, |(_, c)| c.to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,7 +143,8 @@ mod tests {
         assert_eq!(config.evolution.population, 7);
         assert_eq!(config.evolution.children, 180, "the task's");
         assert_eq!(config.evolution.tournament, 3, "the default");
-        assert_eq!(config.policy.memory, "none", "text needs no quotes");
+        let none = tpg_runtime::blob::MemoryModel::None;
+        assert_eq!(config.policy.memory, none, "text needs no quotes");
     }
 
     #[test]
@@ -210,10 +155,6 @@ mod tests {
         assert!(message.contains("evolution.population"), "{message}");
         let message = set(&["nonsense"]).expect_err("no assignment").to_string();
         assert!(message.contains("key=value"), "{message}");
-        let message = set(&["evolution.population=many"])
-            .expect_err("no number")
-            .to_string();
-        assert!(message.contains("invalid type"), "{message}");
         let message = Preset::find("hoper-sr-sm")
             .expect_err("no such preset")
             .to_string();

@@ -2,11 +2,16 @@
 
 use toml::Table;
 
-use super::ConfigError;
-use super::layers::{nearest, parse};
+use super::error::ConfigError;
+use crate::keys::nearest;
 
 /// The defaults that every preset starts from.
 pub(super) const DEFAULTS: &str = include_str!("../../presets/defaults.toml");
+
+/// A TOML file's table.
+pub(super) fn parse(text: &str) -> Result<Table, ConfigError> {
+    Ok(text.parse::<Table>()?)
+}
 
 macro_rules! files {
     ($folder:literal: $($name:literal)*) => {

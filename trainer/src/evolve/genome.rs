@@ -1,30 +1,31 @@
-//! What evolution edits: teams and programs as trees of plain values. Nothing here can be executed;
-//! [`crate::lower`] turns it into the runtime's tables.
+//! What evolution edits: teams and programs as plain values. Nothing here can be executed. [`crate::lower`] turns it into the
+//! runtime's tables.
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use tpg_runtime::blob::ResetScope;
+use tpg_runtime::blob::{ActionKind, ResetScope};
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
 
+use crate::keys::named;
 use tpg_tasks::task::{ActionSpace, Rng};
 
-/// Names a team for the length of a run; larger is younger.
+/// Names a team for the length of a run. A larger number is younger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct TeamId(pub u64);
 
-/// Names a program for the length of a run; larger is younger.
+/// Names a program for the length of a run. A larger number is younger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct ProgramId(pub u64);
 
-/// Who gives the values of a continuous action.
+/// Which programs give the values of a continuous action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ActionPrograms {
-    /// The winner gives all of them.
+    /// The winning program gives all of them.
     #[default]
     Winner,
-    /// Each has programs of its own, the highest bidder of which gives it; there are no other teams.
+    /// Each output has programs of its own. The highest bidder among them gives the value. A policy has one team.
     Each,
 }
 
@@ -40,7 +41,18 @@ impl ActionPrograms {
             Self::Each => "each",
         }
     }
+
+    /// Whether a task with these actions can be controlled so.
+    #[must_use]
+    pub const fn fits(self, actions: ActionSpace) -> bool {
+        match self {
+            Self::Winner => true,
+            Self::Each => matches!(actions, ActionSpace::Continuous { len: 2.., .. }),
+        }
+    }
 }
+
+named!(ActionPrograms);
 
 /// The sizes that every genome of a run shares.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,24 +63,26 @@ pub struct Shape {
     pub inputs: u16,
     /// The task's actions.
     pub actions: ActionSpace,
-    /// Who gives the values of a continuous action.
+    /// Which programs give the values of a continuous action.
     pub action_programs: ActionPrograms,
 }
 
 impl Shape {
-    /// Constants of a program: eight registers of each kind (T Tab 3.2), scalars, vectors, then matrices.
+    /// Number of constants of a program: 8 (1 + W + W²), for eight registers of each kind (T Tab 3.2). Those of scalars come
+    /// first, then those of vectors, then those of matrices.
     #[must_use]
     pub fn program_constants(&self) -> usize {
         REGISTERS * self.elements()
     }
 
-    /// Constants of a team's memory: eight slots in each section (T §3.4.2).
+    /// Number of constants of a team's memory: 8 (1 + W + W²), for eight slots in each section (T §3.4.2).
     #[must_use]
     pub fn team_constants(&self) -> usize {
         SLOTS * self.elements()
     }
 
-    /// How many atomic actions programs can have: a discrete task's, or one for each output that has programs of its own.
+    /// Number of atomic actions that programs can have. Discrete tasks: one for each action. Continuous tasks: 1, or one for each
+    /// output where outputs have programs of their own.
     #[must_use]
     pub fn atomic_actions(&self) -> u16 {
         match (self.actions, self.action_programs) {
@@ -78,7 +92,26 @@ impl Shape {
         }
     }
 
-    /// Registers of which kind hold what a program gives to the plant; `None` for discrete actions.
+    /// How many outputs have programs of their own; 0 where the winner gives the whole action.
+    #[must_use]
+    pub fn separate_outputs(&self) -> u16 {
+        match (self.actions, self.action_programs) {
+            (ActionSpace::Continuous { len, .. }, ActionPrograms::Each) => len,
+            _ => 0,
+        }
+    }
+
+    /// What a decision yields.
+    #[must_use]
+    pub fn action_kind(&self) -> ActionKind {
+        match (self.actions, self.action_programs) {
+            (ActionSpace::Discrete(_), _) => ActionKind::Discrete,
+            (ActionSpace::Continuous { .. }, ActionPrograms::Winner) => ActionKind::Continuous,
+            (ActionSpace::Continuous { .. }, ActionPrograms::Each) => ActionKind::Each,
+        }
+    }
+
+    /// The kind of register that holds what a program gives to the plant; `None` for discrete actions.
     #[must_use]
     pub fn output_section(&self) -> Option<Section> {
         match (self.actions, self.action_programs) {
@@ -153,7 +186,8 @@ impl Source {
         }
     }
 
-    /// The observation: as scalar its element, else the vector or matrix of it (or their element).
+    /// The observation. Scalar operands read this element of it. Vector and matrix operands read all of it, or this element of
+    /// the vector or matrix that it fills.
     #[must_use]
     pub const fn observation(element: u16) -> Self {
         Source {
@@ -175,7 +209,7 @@ impl Source {
         }
     }
 
-    /// A random source of this kind, with every index in range; unused fields are zero.
+    /// A random source of this kind. Every index is in range, and fields that the kind does not use are zero.
     #[must_use]
     pub fn random(kind: Operand, shape: &Shape, rng: &mut Rng) -> Self {
         let mut source = Source::default();
@@ -232,7 +266,7 @@ pub struct Instruction {
 }
 
 impl Instruction {
-    /// A random instruction: an operation drawn from the run's set, then everything that it needs.
+    /// A random instruction: draws an operation of the run's set, then its registers and operands.
     #[must_use]
     pub fn random(genes: &Genes, rng: &mut Rng) -> Self {
         let op = genes.ops[rng.below(genes.ops.len() as u64) as usize];
@@ -269,20 +303,22 @@ mod op_code {
 /// Where a winning program leads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Action {
-    /// To the plant: an action's index, 0 in continuous tasks, an output's number where each has programs of its own.
+    /// To the plant. The number is an action's index in discrete tasks, 0 in continuous ones, and an output's index where outputs
+    /// have programs of their own.
     Atomic(u16),
     /// To another team.
     Team(TeamId),
 }
 
-/// A program: immutable once it is part of a population, so that teams can share it.
+/// A program. It does not change once it is part of a population, so that teams can share it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     /// Its code, at least one instruction.
     pub instructions: Vec<Instruction>,
-    /// Evolved constants of all its registers, shared with clones until they change; empty without constants.
+    /// Evolved constants of all its registers, [`Shape::program_constants`] of them, shared with clones until they change. Empty
+    /// in a run without constants.
     pub constants: Arc<[f32]>,
-    /// Where the observation vector and matrix begin in the observation.
+    /// Element of the observation at which the observation vector and matrix begin, from 0.
     pub offset: u16,
     /// Where it leads when it wins.
     pub action: Action,
@@ -323,25 +359,26 @@ pub fn random_constants(genes: &Genes, len: usize, rng: &mut Rng) -> Arc<[f32]> 
     (0..len).map(|_| rng.uniform(-1.0, 1.0) as f32).collect()
 }
 
-/// A team: immutable once it is part of a population.
+/// A team. It does not change once it is part of a population.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Team {
-    /// Its programs, in order; at least one is atomic, or one for each output that has programs of its own.
+    /// Its programs, in order. At least one is atomic. Where outputs have programs of their own, each output has one.
     pub members: Vec<ProgramId>,
-    /// Evolved constants of its shared memory, shared with clones until they change; empty without memory.
+    /// Evolved constants of its shared memory, [`Shape::team_constants`] of them, shared with clones until they change. Empty in
+    /// a run without such memory.
     pub memory: Arc<[f32]>,
-    /// Names its random streams; kept by its clones.
+    /// Names its random streams. Its clones keep it.
     pub stream_key: u32,
     /// When an agent with this root is reset, in a run where agents evolve it.
     pub reset_rule: Option<ResetRule>,
 }
 
-/// When an agent's registers and memory are reset beside its start: a rule that it evolves (T §2.7).
+/// When an agent's registers and memory are reset, apart from the start of its evaluation. Agents evolve this rule (T §2.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ResetRule {
-    /// Registers and random streams: at the start of each episode.
+    /// Whether registers and random streams are reset at the start of each episode.
     pub registers: bool,
-    /// Shared memory: at the start of each episode.
+    /// Whether shared memory is reset at the start of each episode.
     pub memory: bool,
 }
 

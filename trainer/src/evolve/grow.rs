@@ -1,4 +1,4 @@
-//! Structure that grows out of what is tuned: a program is cloned inside its team, with a bid of its own.
+//! Clones a program inside its team, with a bid of its own. The team has more structure, and tuning has more constants.
 
 use tpg_runtime::isa::{Destination, Op, Operand, REGISTERS};
 use tpg_runtime::tables::Section;
@@ -6,12 +6,12 @@ use tpg_runtime::tables::Section;
 use super::{Genes, Instruction, Population, Program, Source, Team};
 use tpg_tasks::task::Rng;
 
-/// Clones a program of the team, with fresh bid constants, behind its last member; says whether it could.
+/// Clones a program of the team, with a new bid, behind its last member. Returns whether it could.
 ///
-/// The clone leads where its original does, so where outputs have programs of their own it bids for the same output.
-/// It does what its original does, but bids differently: bᵀo + c with b ~ N(0, 1/W), c = 0 in registers that
-/// its code does not name, added to the original's bid where code computes one, else in its place. Which program is
-/// cloned is drawn among those that have such registers.
+/// The clone has its original's action and, where outputs have programs of their own, its output. It bids bᵀo + c, where o is
+/// the observation, b ~ N(0, 1/W) and c = 0. If the original's code computes a bid, this is added to it. b and c lie in registers
+/// that the code does not name. The program to clone is drawn among the atomic ones that have such registers. Without one, without
+/// constants, or without the operations `dot` and `add`, nothing is cloned.
 pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &mut Rng) -> bool {
     let candidates: Vec<(Program, Free)> = team
         .members
@@ -42,15 +42,15 @@ pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &m
     true
 }
 
-/// Registers that code does not name, for a new bid.
+/// Registers for a new bid, which the code does not name.
 struct Free {
     vector: u8,
     offset: u8,
-    /// For the product, where it is added to a bid that the code computes; else the bid itself.
+    /// Register of the product bᵀo where the code computes a bid to add it to. `None`: the product replaces the bid.
     product: Option<u8>,
 }
 
-/// The registers of a section that code does not name; those of the bid and of the outputs are taken in any case.
+/// The registers of a section that code does not name, ascending. Those of the bid and of the outputs are never among them.
 pub(super) fn unnamed(code: &[Instruction], section: Section) -> impl Iterator<Item = u8> {
     let mut named = match section {
         Section::Scalar => 0b11u8,
@@ -90,7 +90,7 @@ impl Free {
         let mut scalars = unnamed(code, Section::Scalar);
         let vector = unnamed(code, Section::Vector).next()?;
         let offset = scalars.next()?;
-        // What only adds to the bid would let a stateful one grow without end.
+        // A stateful bid that is only added to would grow without end.
         let computed = code
             .iter()
             .any(|i| i.op.destination() == Destination::S && i.destination == 0);

@@ -1,4 +1,4 @@
-//! A linear policy as a team: what tuning alone starts from.
+//! A linear policy as a team, from which tuning can start.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ const CHANGE_GAINS: u8 = 4;
 const CHANGE: u8 = 5;
 /// Register of the factor that makes changes as large as what changes.
 const RATE: u8 = 6;
-/// That factor to begin with: changes from one decision to the next are small.
+/// Initial value of that factor. Changes from one decision to the next are small.
 const INITIAL_RATE: f32 = 10.0;
 
 /// The operations that a linear policy needs.
@@ -39,12 +39,12 @@ pub fn linear_ops(shape: &Shape, initial: Initial) -> Vec<Op> {
     ops
 }
 
-/// Adds a team whose action is linear in the observation, with all gains zero; it is not a root yet.
+/// Adds a team whose action is linear in the observation o, with all gains zero. It is not yet a root.
 ///
-/// Continuous actions: one program, action = G·o + c, or one for each output, gᵀo + c, where each has programs of its own.
-/// Discrete ones: a program for each, whose bid is gᵀo + c. With
-/// [`Initial::LinearHistory`] also in r·(o − o′), where o′ is the observation of the decision before, which stateful
-/// programs remember; r begins at 10.
+/// For continuous actions it has one program, action = G·o + c. Where outputs have programs of their own it has one for each
+/// output, gᵀo + c. For discrete actions it has a program for each action, with the bid gᵀo + c. With [`Initial::LinearHistory`]
+/// the same is added for r·(o − o′). o′ is the observation of the decision before, which stateful programs remember. r is 10 at
+/// first.
 #[must_use]
 pub fn linear_team(
     population: &mut Population,

@@ -3,18 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::genome::random_constants;
-use super::linear::linear_team;
-use super::{
-    Action, ActionPrograms, EvolutionParams, Genes, Initial, Program, ProgramId, ResetRule, Shape,
-    SizeRange, Team, TeamId,
-};
-use tpg_tasks::task::Rng;
+use super::{Action, Program, ProgramId, Shape, Team, TeamId};
 
 /// Roots, and all teams and programs that they can reach.
 ///
-/// Teams and programs never change once they are in: children are new ones. A program can therefore only
-/// lead to a team older than itself, and the graph has no cycles.
+/// Teams and programs never change once they are in a population. Children are new ones. A program can therefore only lead to a
+/// team older than itself, and the graph has no cycles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Population {
     /// Root teams, oldest first: the agents.
@@ -26,51 +20,19 @@ pub struct Population {
 }
 
 impl Population {
-    /// A first generation: every team is a root of atomic programs of its own, all random, or the first one linear.
-    #[must_use]
-    pub fn random(genes: &Genes, params: &EvolutionParams, rng: &mut Rng) -> Self {
-        let mut population = Population::default();
-        if params.initial != Initial::Random {
-            let linear = linear_team(&mut population, genes, params.initial, rng);
-            population.roots.push(linear);
-        }
-        while population.roots.len() < params.population as usize {
-            let owned = match genes.shape.action_programs {
-                ActionPrograms::Winner => 0,
-                ActionPrograms::Each => genes.shape.atomic_actions(),
-            };
-            let size = initial_size(params.team.size, rng).max(usize::from(owned));
-            // The first programs see to it that every output has one.
-            let actions = (0..owned).map(Some).chain(std::iter::repeat(None));
-            let members = actions
-                .take(size)
-                .map(|owned| {
-                    let len = initial_size(params.program.size, rng);
-                    let mut program = Program::random(genes, len, rng);
-                    if let Some(output) = owned {
-                        program.action = Action::Atomic(output);
-                    }
-                    population.add_program(program)
-                })
-                .collect();
-            let root = population.add_team(Team {
-                members,
-                memory: random_memory(genes, rng),
-                stream_key: rng.word() as u32,
-                reset_rule: genes.reset_rules.then(|| ResetRule::random(rng)),
-            });
-            population.roots.push(root);
-        }
-        population
-    }
-
-    /// A team; every id that a population hands out names one until it is collected.
+    /// The team of this id.
+    ///
+    /// # Panics
+    /// If the id is not of this population, or [`Population::collect`] has dropped the team.
     #[must_use]
     pub fn team(&self, team_id: TeamId) -> &Arc<Team> {
         &self.teams[&team_id]
     }
 
-    /// A program; every id that a population hands out names one until it is collected.
+    /// The program of this id.
+    ///
+    /// # Panics
+    /// If the id is not of this population, or [`Population::collect`] has dropped the program.
     #[must_use]
     pub fn program(&self, program_id: ProgramId) -> &Arc<Program> {
         &self.programs[&program_id]
@@ -104,7 +66,7 @@ impl Population {
         program_id
     }
 
-    /// The teams that an agent can reach, the root first, each once, in order of discovery.
+    /// The teams that a root can reach, each once, in the order of a breadth-first search. The root is the first.
     #[must_use]
     pub fn reachable(&self, root: TeamId) -> Vec<TeamId> {
         let mut found = vec![root];
@@ -123,7 +85,7 @@ impl Population {
         found
     }
 
-    /// Drops every team and program that no root reaches any more.
+    /// Drops every team and program that no root can reach any more.
     pub fn collect(&mut self) {
         let mut teams = BTreeSet::new();
         let mut programs = BTreeSet::new();
@@ -155,31 +117,15 @@ impl Population {
             && self.programs.values().all(leads_somewhere)
     }
 
-    /// Whether these members make a team: one of them is atomic, or one for each output that has programs of its own.
+    /// Whether these programs make a team: one of them must be atomic. Where outputs have programs of their own, each output must
+    /// have one.
     #[must_use]
     pub fn is_team(&self, members: &[ProgramId], shape: &Shape) -> bool {
         let any =
             |found: &dyn Fn(&Program) -> bool| members.iter().any(|m| found(self.program(*m)));
-        match shape.action_programs {
-            ActionPrograms::Winner => any(&Program::is_atomic),
-            ActionPrograms::Each => {
-                (0..shape.atomic_actions()).all(|k| any(&|p| p.action == Action::Atomic(k)))
-            }
+        match shape.separate_outputs() {
+            0 => any(&Program::is_atomic),
+            outputs => (0..outputs).all(|k| any(&|p| p.action == Action::Atomic(k))),
         }
     }
-}
-
-fn initial_size(range: SizeRange, rng: &mut Rng) -> usize {
-    let choices = u64::from(range.initial_max.saturating_sub(range.initial_min)) + 1;
-    range.initial_min as usize + rng.below(choices) as usize
-}
-
-/// Initial constants of a team's memory; none for a run without such memory.
-fn random_memory(genes: &Genes, rng: &mut Rng) -> Arc<[f32]> {
-    let len = if genes.team_memory {
-        genes.shape.team_constants()
-    } else {
-        0
-    };
-    random_constants(genes, len, rng)
 }

@@ -1,4 +1,4 @@
-//! Memory that grows out of what is tuned: a program gets a trace of what it has observed, and gains on it.
+//! Gives a program a running average of what it has observed, and gains on it, which tuning can then use.
 
 use tpg_runtime::isa::{Op, REGISTERS};
 use tpg_runtime::tables::Section;
@@ -6,7 +6,7 @@ use tpg_runtime::tables::Section;
 use super::grow::unnamed;
 use super::{Genes, Instruction, Population, Program, ProgramId, Shape, Source};
 
-/// Share of the difference to the observation by which a trace moves in each decision, to begin with.
+/// Initial share of the difference to the observation by which the average moves in each decision.
 const INITIAL_RATE: f32 = 0.2;
 
 /// The operations that a memory needs.
@@ -16,7 +16,7 @@ pub fn memory_ops(shape: &Shape) -> Vec<Op> {
     vec![Op::VSub, Op::VScale, Op::VAdd, product, sum]
 }
 
-/// Those that compute outputs from a vector of observations and add to them.
+/// The operations that compute outputs from a vector and add to them.
 fn output_ops(shape: &Shape) -> [Op; 2] {
     match shape.output_section() {
         Some(Section::Vector) => [Op::MatVec, Op::VAdd],
@@ -24,11 +24,14 @@ fn output_ops(shape: &Shape) -> [Op; 2] {
     }
 }
 
-/// Adds a copy of a program that remembers: m ← m + r·(o − m), output ← output + H·m (bid ← bid + hᵀm for discrete actions),
-/// in registers that its code does not name, which stateful programs keep; `None` if it has too few.
+/// Adds a copy of a program that remembers what it observed.
 ///
-/// H is zero, so the copy does what its original does; r begins at 0.2. What adds to outputs that the program's own
-/// code does not overwrite would let them grow without end: such programs get no memory.
+/// The copy computes m ← m + r·(o − m) and output ← output + H·m; for discrete actions bid ← bid + hᵀm. At first H is zero, so
+/// that the copy does what its original does, and r is 0.2. All of this lies in registers that the code does not name, which
+/// stateful programs keep.
+///
+/// Returns `None` in a run without constants or without [`memory_ops`], and if there are too few registers. It also does if the
+/// code does not set the outputs by a product, because outputs that are only added to would grow without end.
 pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Option<ProgramId> {
     let original = population.program(id).clone();
     let code = &original.instructions;
@@ -40,7 +43,7 @@ pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Op
         return None;
     }
     let [product, sum] = output_ops(&genes.shape);
-    // The bid itself chooses among discrete actions.
+    // Among discrete actions the bid chooses.
     let output = u8::from(genes.shape.output_section().is_some());
     let mut sets_output = code.iter();
     if !sets_output.any(|i| i.op == product && i.destination == output) {

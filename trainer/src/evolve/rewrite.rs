@@ -1,4 +1,4 @@
-//! An agent with other constants: what tuning writes back.
+//! Writes tuned constants back, as a new agent.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,10 +14,11 @@ pub struct Constants {
     pub teams: BTreeMap<TeamId, Vec<f32>>,
 }
 
-/// Adds an agent that differs from another one in these constants alone, and names its root, which is not a root of the
-/// population yet.
+/// Adds an agent that differs from another one in these constants alone. Returns its root team, which is not yet among the
+/// population's roots.
 ///
-/// Teams and programs never change once they are in a population, so whatever leads to something new is new as well.
+/// Teams and programs never change once they are in a population. So every team and program that leads to a new one is new
+/// too. The rest is shared.
 #[must_use]
 pub fn rewrite_constants(
     population: &mut Population,
@@ -25,7 +26,7 @@ pub fn rewrite_constants(
     constants: &Constants,
 ) -> TeamId {
     let mut teams = population.reachable(root);
-    // A program leads to older teams alone, so that targets are rewritten before what points at them.
+    // Programs lead to older teams only. In this order a target is rewritten before what points at it.
     teams.sort_unstable();
     let mut new_teams: BTreeMap<TeamId, TeamId> = BTreeMap::new();
     let mut new_programs: BTreeMap<ProgramId, ProgramId> = BTreeMap::new();
@@ -42,7 +43,7 @@ pub fn rewrite_constants(
         if let Some(memory) = constants.teams.get(&id) {
             team.memory = Arc::from(memory.as_slice());
         }
-        // The root is new in any case: it is another agent.
+        // The root is always new, because it names another agent.
         if id == root || team != **population.team(id) {
             let new = population.add_team(team);
             new_teams.insert(id, new);
@@ -51,7 +52,7 @@ pub fn rewrite_constants(
     new_teams[&root]
 }
 
-/// The program with its new constants and target; `None` if neither changes.
+/// The program with its new constants and target, or `None` if neither changes.
 fn rewrite_program(
     population: &Population,
     id: ProgramId,

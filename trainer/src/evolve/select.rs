@@ -1,18 +1,18 @@
-//! Who survives.
+//! Survival of roots.
 
 use std::cmp::Ordering;
 
 use super::{Population, TeamId};
 
-/// Compares two scored teams: the higher score first, of equals the older.
+/// Orders scored teams: higher scores first, older teams first among equal scores.
 #[must_use]
 pub fn rank(a: (TeamId, f64), b: (TeamId, f64)) -> Ordering {
     b.1.total_cmp(&a.1).then(a.0.cmp(&b.0))
 }
 
-/// Keeps the best `keep` roots, ties to the older, and those that are protected; collects what nothing reaches any more.
+/// Keeps the best `keep` roots by [`rank`], and the protected ones. Drops teams and programs that no root reaches any more.
 ///
-/// `scores` names every root with its score; what remains of it is ordered as the roots are, oldest first.
+/// `scores` holds every root with its score. Afterwards it holds the roots that are left, oldest first.
 pub fn select(
     population: &mut Population,
     scores: &mut Vec<(TeamId, f64)>,

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::genome::{Source, random_atomic};
 use super::{
-    Action, ActionPrograms, EvolutionParams, Genes, Instruction, Population, Program, ProgramId,
-    ResetRule, Team, TeamId, grow, rank, remember,
+    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
+    TeamId, grow, rank, remember,
 };
 use tpg_tasks::task::Rng;
 
-/// How often a crossover child without an exit, or equal to a parent, is made again before a clone takes its place.
+/// Attempts at a crossover child that is a team and differs from both parents. After the last one a clone takes its place.
 const ATTEMPTS: u32 = 100;
 
 /// Makes the children of one generation.
@@ -18,7 +18,7 @@ pub struct Variation<'a> {
     pub genes: &'a Genes,
     /// Rates and sizes.
     pub params: &'a EvolutionParams,
-    /// Every root with its score, oldest first.
+    /// Every root with its fitness, oldest first.
     pub scores: &'a [(TeamId, f64)],
 }
 
@@ -27,18 +27,18 @@ pub struct Variation<'a> {
 pub struct Child {
     /// Its name.
     pub team: TeamId,
-    /// The parent that it was cloned from, the first one of two.
+    /// The parent that it was cloned from; the first parent of a crossover child.
     pub parent: TeamId,
 }
 
-/// Teams and programs that were there before the generation's first child.
+/// Teams and programs that were there before the generation's first child: what children point at and take programs from.
 struct ParentPool {
     teams: Vec<TeamId>,
     programs: Vec<ProgramId>,
 }
 
 impl Variation<'_> {
-    /// Adds the generation's children to the population as roots and names them, oldest first.
+    /// Adds the generation's children to the population as roots. Returns them, oldest first.
     pub fn children(&self, population: &mut Population, rng: &mut Rng) -> Vec<Child> {
         let parent_pool = ParentPool {
             teams: population.teams.keys().copied().collect(),
@@ -55,7 +55,7 @@ impl Variation<'_> {
         let (parent, mut team) = self.crossover_or_clone(population, rng);
         self.vary_members(population, parent_pool, &mut team, rng);
         self.mutate_programs(population, parent_pool, &mut team, rng);
-        // Without such growth nothing is drawn, so that runs of before stay the same.
+        // With a rate of zero nothing is drawn, so that runs without these operators keep their random streams.
         let (growth, max) = (self.params.team.grow, self.params.team.size.max as usize);
         if growth > 0.0 && rng.chance(growth) && team.members.len() < max {
             grow(population, &mut team, self.genes, rng);
@@ -78,7 +78,7 @@ impl Variation<'_> {
         }
     }
 
-    /// The best of a few random roots.
+    /// The winner of a tournament among random roots.
     fn parent(&self, rng: &mut Rng) -> TeamId {
         let mut draw = || self.scores[rng.below(self.scores.len() as u64) as usize];
         let mut best = draw();
@@ -91,7 +91,7 @@ impl Variation<'_> {
         best.0
     }
 
-    /// A clone of one parent, or a child of two; with the parent, the first one of two.
+    /// A child of two parents, or a clone of one. Returns it with its parent, the first one of two.
     fn crossover_or_clone(&self, population: &Population, rng: &mut Rng) -> (TeamId, Team) {
         let params = &self.params.team;
         if rng.chance(params.crossover) {
@@ -122,7 +122,7 @@ impl Variation<'_> {
         (parent, Team::clone(population.team(parent)))
     }
 
-    /// Deletes, adds and moves programs.
+    /// Deletes, adds and moves programs, each with its rate.
     fn vary_members(
         &self,
         population: &Population,
@@ -163,7 +163,7 @@ impl Variation<'_> {
         }
     }
 
-    /// Replaces each program with a probability, and at least one, by a mutated clone.
+    /// Replaces each program by a mutated clone with the rate `mutate`, and at least one.
     fn mutate_programs(
         &self,
         population: &mut Population,
@@ -198,6 +198,7 @@ impl Variation<'_> {
         }
     }
 
+    /// Changes, swaps, deletes and adds instructions, each with its rate.
     fn mutate_code(&self, program: &mut Program, rng: &mut Rng) {
         let params = &self.params.program;
         let code = &mut program.instructions;
@@ -218,7 +219,7 @@ impl Variation<'_> {
         }
     }
 
-    /// A new operation with all its operands, or one new field of the old one, each equally often.
+    /// Draws all of the instruction anew, or its destination, or one operand. Each of the four is equally probable.
     fn change(&self, mut instruction: Instruction, rng: &mut Rng) -> Instruction {
         let fresh = Instruction::random(self.genes, rng);
         let shape = &self.genes.shape;
@@ -244,13 +245,14 @@ impl Variation<'_> {
                 } else {
                     scaled
                 };
-                // Growth ends at the largest number, which every later factor below 1 leaves again.
+                // Constants stay finite. A later factor below 1 brings them back from the largest number.
                 (flipped as f32).clamp(f32::MIN, f32::MAX)
             })
             .collect()
     }
 
-    /// Draws a new action pointer; the team's last exit stays one, and an output's last program stays with it.
+    /// Draws a new action, unless the team would no longer be one: its last atomic program stays atomic, and an output's last
+    /// program stays with that output.
     fn mutate_action(
         &self,
         population: &mut Population,
@@ -265,7 +267,7 @@ impl Variation<'_> {
             .filter(|k| *k != at)
             .map(|k| team.members[k])
             .collect();
-        if shape.action_programs == ActionPrograms::Each {
+        if shape.separate_outputs() > 0 {
             let action = random_atomic(shape, rng);
             if population.is_team(&others, shape) {
                 program.action = action;
@@ -281,7 +283,7 @@ impl Variation<'_> {
         }
         let mut target = parent_pool.teams[rng.below(parent_pool.teams.len() as u64) as usize];
         if population.roots.binary_search(&target).is_ok() {
-            // Pointing at a root would end its life as an agent: a clone of it is pointed at instead.
+            // A root that is pointed at would no longer be a root. A clone of it is pointed at instead.
             let clone = Team::clone(population.team(target));
             target = population.add_team(clone);
         }
@@ -291,6 +293,7 @@ impl Variation<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ActionPrograms;
     use super::super::tests::{genes, params};
     use super::*;
 

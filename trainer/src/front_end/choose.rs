@@ -1,23 +1,24 @@
-//! Which columns a model should describe, from the data.
+//! Chooses from the data which columns a model describes.
 //!
-//! Starting from all, the column goes that the others miss least, as long as none of them is predicted worse by more than
-//! [`MISSED`] of what it changes by, and the column is of no use itself: a function of the others, or one that the model predicts
-//! no better than its mean or its last value do. Errors are those of held-out pairs under models of the degree in use, at least 2.
+//! It starts from all columns and drops one at a time, the one whose loss worsens the predictions of the others least. A column
+//! can be dropped if no other column's squared error grows by more than [`MISSED`] of its squared change, and if the column is of
+//! no use itself. It is of no use if it is a function of the others, or if the model predicts it hardly better than its mean or its
+//! last value. Errors are those of held-out pairs. Models have the degree in use, at least 2.
 
 use super::fit::{Normal, Pairs};
 
-/// Share of a column's squared change that a poorer model may leave unexplained beyond what the richer one does.
+/// Largest growth of a column's squared error when another column is dropped, as a share of its squared change.
 const MISSED: f64 = 0.02;
-/// Share of a column's variance that may remain unexplained where it counts as a function of the others.
+/// A column is a function of the others if at most this share of its variance remains unexplained.
 const FUNCTION: f64 = 0.002;
-/// Share of the error of holding a column, or of taking its mean, below which predicting it is of use.
+/// Predicting a column is of use if the error is below this share of that of its last value and of its mean.
 const USEFUL: f64 = 0.9;
-/// One pair in so many is held out.
+/// One of this many pairs is held out.
 const HELD_OUT: usize = 5;
-/// Least degree: a cosine is a function of the sine by its square.
+/// Least degree of the models. A cosine is a function of the square of the sine.
 const LEAST_DEGREE: u8 = 2;
 
-/// Sums for fitting, and the same over what is held out.
+/// Sums over the pairs for fitting, and over those that are held out.
 struct Split {
     fit: Normal,
     test: Normal,
@@ -36,7 +37,7 @@ impl Split {
         }
     }
 
-    /// Held-out errors of targets by the variables that are kept.
+    /// Held-out squared errors of the targets, predicted from the variables that are kept.
     fn errors(
         &self,
         kept: impl Fn(usize) -> bool,
@@ -51,7 +52,7 @@ impl Split {
     }
 }
 
-/// The columns to describe, ascending; at least one.
+/// The columns to describe, ascending. There is at least one.
 pub(super) fn columns(pairs: &Pairs<'_>, degree: u8, ridge: f64) -> Vec<u16> {
     let degree = degree.max(LEAST_DEGREE);
     let all: Vec<u16> = (0..pairs.inputs as u16).collect();
@@ -67,7 +68,7 @@ pub(super) fn columns(pairs: &Pairs<'_>, degree: u8, ridge: f64) -> Vec<u16> {
     kept.into_iter().map(|k| k as u16).collect()
 }
 
-/// The column that the others miss least, if they miss it little and it is of no use itself.
+/// The column to drop next; `None` if each is needed.
 fn dispensable(
     steps: &Split,
     statics: &Split,
@@ -93,7 +94,7 @@ fn dispensable(
             .zip(&then)
             .zip(&others)
             .map(|(((_, before), then), other)| {
-                // By what holding it would miss, so that columns count alike whatever their unit.
+                // Relative to the squared change, so that units do not matter.
                 let change = steps.test.squares[*other].max(f64::MIN_POSITIVE);
                 (then - before) / change
             })
@@ -110,8 +111,8 @@ mod tests {
     use super::*;
     use tpg_tasks::task::Rng;
 
-    /// A pendulum's angle by sine and cosine near the upright, its speed, its track's position and a sensor of noise: the cosine
-    /// and the noise go, the position stays though nothing depends on it.
+    /// The columns are position, sine and cosine of an angle near the upright, speed, and noise. The cosine and the noise are
+    /// dropped. The position stays although nothing depends on it.
     #[test]
     fn functions_of_others_and_noise_go() {
         let mut rng = Rng::new(5);

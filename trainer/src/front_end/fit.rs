@@ -1,40 +1,44 @@
-//! Least squares for a model of one step.
+//! Fits a model of one step by least squares.
 
 use nalgebra::{Cholesky, DMatrix};
 use tpg_runtime::math::standardise;
 
 use super::FrontEndParams;
 
-/// Fits after the first, where outliers lose weight.
+/// Number of fits after the first in which outliers lose weight.
 const ROUNDS: usize = 5;
 
 /// Pairs of observations in the front end's units.
 pub(super) struct Pairs<'a> {
     /// One after another: observation, action, next observation.
     pub raw: &'a [f32],
-    /// Length of an observation, and number of the action's variables.
+    /// Length of an observation.
     pub inputs: usize,
+    /// Number of the action's variables.
     pub actions: usize,
+    /// What is subtracted from each element.
     pub means: &'a [f32],
+    /// What the differences are multiplied by.
     pub scales: &'a [f32],
-    /// Distance from the means at which a pair loses weight; 0 weighs all alike.
+    /// Distance from the means, in standard deviations, at which a pair loses weight. 0 weighs all alike.
     pub weighting: f64,
 }
 
 /// The normal equations of all columns at once.
 ///
-/// Leaving out columns leaves out rows and columns of them, so that one pass over the data answers for every choice.
+/// A model of fewer columns uses some of the rows and columns, so that one pass over the data serves every choice of columns.
 pub(super) struct Normal {
-    /// Factors of each monomial, by the variables' numbers.
+    /// The numbers of the variables in each monomial, ascending.
     pub factors: Vec<Vec<u16>>,
+    /// Sums of products of two monomials.
     pub gram: DMatrix<f64>,
-    /// For each monomial and each target.
+    /// Sums of products of a monomial and a target: a row for each monomial, a column for each target.
     pub cross: DMatrix<f64>,
     /// Sum of each target's squares.
     pub squares: Vec<f64>,
 }
 
-/// The factors of the monomials in so many variables up to a degree, in the runtime's order: depth first.
+/// The numbers of the variables in each monomial up to a degree, in the runtime's order, which is depth first.
 pub(super) fn monomials(variables: u16, degree: u8) -> Vec<Vec<u16>> {
     fn extend(all: &mut Vec<Vec<u16>>, prefix: &[u16], variables: u16, degree: u8) {
         all.push(prefix.to_vec());
@@ -56,10 +60,11 @@ impl Pairs<'_> {
         2 * self.inputs + self.actions
     }
 
-    /// Coefficients of a model of these columns, row by row of its monomials; `None` where nothing determines them.
+    /// Coefficients of a model of these columns: for each monomial one for each column. `None` if the pairs do not determine them.
     ///
-    /// With an `outlier` error the fit is repeated, each time with weights min(1, (outlier / error)²) by the model before: no
-    /// polynomial predicts a step in which the body hits a stop, and one that tries errs everywhere else.
+    /// With an `outlier` error the fit is repeated [`ROUNDS`] times, each time with weights min(1, (outlier / error)²), where
+    /// `error` is that of the fit before. No polynomial predicts steps in which the body hits a stop. A fit that tries to is wrong
+    /// everywhere else.
     pub(super) fn model(&self, columns: &[u16], params: &FrontEndParams) -> Option<Vec<f32>> {
         let degree = params.degree;
         let targets: Vec<usize> = (0..columns.len()).collect();
@@ -76,7 +81,7 @@ impl Pairs<'_> {
                 found = fit(&weight)?;
             }
         }
-        // Row by row: nalgebra stores columns.
+        // nalgebra stores columns, the runtime reads rows.
         let rows = found.transpose();
         let coefficients: Vec<f32> = rows.iter().map(|x| *x as f32).collect();
         coefficients
@@ -85,8 +90,8 @@ impl Pairs<'_> {
             .then_some(coefficients)
     }
 
-    /// Sums over all pairs, each weighed by its nearness to the means and by `weight` of its number, in their order; pairs without
-    /// weight are left out. Targets are what the columns change by, or, for `statics`, the columns themselves.
+    /// Sums over all pairs, in their order. Each is weighted by its nearness to the means and by `weight` of its number. Targets are
+    /// the changes of the columns. With `statics` they are the columns themselves, and actions are no variables.
     pub(super) fn sums(
         &self,
         columns: &[u16],
@@ -125,7 +130,7 @@ impl Pairs<'_> {
         }
     }
 
-    /// Of each pair, the largest error among the columns under these coefficients of all monomials.
+    /// The largest absolute error of each pair among the columns, under these coefficients of all monomials.
     fn residuals(&self, columns: &[u16], degree: u8, coefficients: &DMatrix<f64>) -> Vec<f64> {
         let factors = self.factors(columns, degree, false);
         let mut residuals = Vec::with_capacity(self.raw.len() / self.stride());
@@ -145,7 +150,7 @@ impl Pairs<'_> {
         monomials((columns.len() + actions) as u16, degree)
     }
 
-    /// Hands on of each pair its number, its weight by nearness, its monomials and its targets.
+    /// Calls `visit` for each pair with its number, its weight by nearness, its monomials and its targets.
     fn each(
         &self,
         columns: &[u16],
@@ -153,7 +158,7 @@ impl Pairs<'_> {
         statics: bool,
         mut visit: impl FnMut(usize, f64, &[f64], &[f64]),
     ) {
-        // Each monomial is one that stands before it times one more variable.
+        // Each monomial is an earlier one times one more variable.
         let parents: Vec<(usize, usize)> = factors
             .iter()
             .map(|list| match list.split_last() {
@@ -193,20 +198,22 @@ impl Pairs<'_> {
         }
     }
 
+    /// exp(−‖z‖² / (n w²)) of n standardised values, where w is the weighting; 1 without weighting.
     fn nearness(&self, z: &[f64]) -> f64 {
         if self.weighting == 0.0 {
             return 1.0;
         }
         let squares: f64 = z.iter().map(|z| z * z).sum();
-        // libm's: the same bits whatever C library the host has.
+        // libm gives the same bits with any C library.
         libm::exp(-squares / z.len() as f64 / (self.weighting * self.weighting))
     }
 }
 
 impl Normal {
-    /// Coefficients for these targets from these monomials alone; `None` where nothing determines them.
+    /// Coefficients for these targets from these monomials alone: a row for each monomial, a column for each target. `None` if the
+    /// sums do not determine them.
     ///
-    /// The equations are scaled to a diagonal of ones, to which `ridge` is added: what hardly varies gets small coefficients.
+    /// The equations are scaled so that their diagonal is 1. Then `ridge` is added to it.
     pub(super) fn solve(
         &self,
         monomials: &[usize],
@@ -240,7 +247,7 @@ impl Normal {
             .then_some(coefficients)
     }
 
-    /// Sum of squared errors of each target under coefficients for these monomials.
+    /// Weighted sum of squared errors of each target, under these coefficients of these monomials.
     pub(super) fn errors(
         &self,
         monomials: &[usize],

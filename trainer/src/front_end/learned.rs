@@ -1,35 +1,39 @@
-//! A learned front end, as lowering puts it into blobs.
+//! A learned front end, and its section of a blob.
 
 use serde::{Deserialize, Serialize};
 use tpg_runtime::Header;
 use tpg_runtime::front_end::{Fallback, FrontEnd};
 
-/// A front end: its numbers are those that the runtime reads.
+use super::FrontEndFallback;
+use crate::keys::by_name;
+
+/// A front end, with the numbers that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LearnedFrontEnd {
-    /// Whether what was perceived last stays where nothing is seen and no model says more.
-    pub hold: bool,
-    /// What is subtracted from each element.
+    /// What programs get in place of a blank observation. As long as there is no model, a learned one is what they got last.
+    #[serde(with = "by_name")]
+    pub fallback: FrontEndFallback,
+    /// What is subtracted from each element of the observation, in the unit of the element.
     pub means: Vec<f32>,
     /// What the differences are multiplied by.
     pub scales: Vec<f32>,
-    /// The model, if there is one.
+    /// The model that predicts what is not seen, if there is one.
     pub model: Option<Model>,
 }
 
-/// A model of one step, in standardised units.
+/// A model of one step, in standardised units: predicts the changes of some columns from them and from the action.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
-    /// Degree of its monomials.
+    /// Degree of its monomials, 1 to 3.
     pub degree: u8,
     /// The columns that it describes, ascending.
     pub columns: Vec<u16>,
-    /// For each monomial a coefficient for each column.
+    /// For each monomial, in the runtime's order, a coefficient for each column.
     pub coefficients: Vec<f32>,
 }
 
 impl LearnedFrontEnd {
-    /// Announces it in a header, whose window and actions are set, and returns its section.
+    /// Announces the front end in a header, whose window and actions must be set, and returns the bytes of its section.
     #[must_use]
     pub fn section(&self, header: &mut Header) -> Vec<u8> {
         let bytes =
@@ -43,15 +47,15 @@ impl LearnedFrontEnd {
             .collect();
         let coefficients = model.map_or_else(Vec::new, |m| bytes(&m.coefficients));
         header.front_end = None;
-        let fallback = match (model, self.hold) {
-            (Some(_), _) => Fallback::Model,
-            (None, true) => Fallback::Hold,
-            (None, false) => Fallback::Zero,
+        let fallback = match (self.fallback, model) {
+            (FrontEndFallback::None, _) => Fallback::Zero,
+            (FrontEndFallback::Learned, Some(_)) => Fallback::Model,
+            (FrontEndFallback::Hold, _) | (FrontEndFallback::Learned, None) => Fallback::Hold,
         };
         let mut front_end = FrontEnd::new(fallback, &means, &scales);
         if let Some(model) = model {
             front_end.degree = model.degree;
-            // Too long a window is refused by its own limit.
+            // Lowering refuses policies whose state does not fit 16 bits.
             front_end.start = header.registers_start() as u16;
             front_end.columns = &columns;
             front_end.coefficients = &coefficients;

@@ -1,4 +1,4 @@
-//! What a run has learned of how its policies should perceive.
+//! Learns the front ends of a run, generation by generation.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -8,38 +8,37 @@ use serde::{Deserialize, Serialize};
 use super::fit::Pairs;
 use super::learned::Model;
 use super::record::action_variables;
-use super::{
-    FrontEndFallback, FrontEndParams, LearnedFrontEnd, Moments, Others, Recording, choose,
-};
+use super::{FrontEndParams, LearnedFrontEnd, Moments, Others, Recording, choose};
 use tpg_tasks::task::ActionSpace;
 
-/// Share of the kept pairs that one generation may replace: what is kept spans several.
+/// One generation may replace at most one in this many of the kept pairs, so that they span several generations.
 const SHARE_OF_A_GENERATION: usize = 4;
-/// Pairs for each coefficient of a column below which nothing is fitted.
+/// Nothing is fitted with fewer pairs than this for each coefficient of a column.
 const PAIRS_PER_COEFFICIENT: usize = 3;
 
-/// Learns the front end that all policies of a generation have.
+/// Learns front ends.
 ///
-/// It keeps the front ends of past generations for the policies that were scored with them.
+/// All policies of a generation have the same front end. Front ends of past generations are kept for the policies that were
+/// scored with them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Learner {
     moments: Moments,
-    /// The latest pairs, oldest first.
+    /// The latest pairs, oldest first, each an observation, the action after it and the next observation.
     pairs: Vec<f32>,
     /// The columns that the model describes, once they are known.
     columns: Option<Vec<u16>>,
-    /// Front ends by the generation from which they hold.
+    /// Front ends by the generation from which they are used.
     fitted: BTreeMap<u64, Arc<LearnedFrontEnd>>,
 }
 
 impl Learner {
-    /// One that has seen nothing; `columns` are those that the model describes, `None` if the data are to choose them.
+    /// A learner that has seen nothing. `columns` are those that the model describes; `None` lets the data choose them.
     #[must_use]
     pub fn new(params: &FrontEndParams, inputs: usize, columns: Option<Vec<u16>>) -> Self {
         let moments = Moments::new(inputs);
         let (means, scales) = moments.scaling();
         let first = LearnedFrontEnd {
-            hold: params.belief != FrontEndFallback::None,
+            fallback: params.belief,
             means,
             scales,
             model: None,
@@ -52,14 +51,14 @@ impl Learner {
         }
     }
 
-    /// The front end of a generation.
+    /// The front end of a generation: the last one that was made before it.
     #[must_use]
     pub fn of(&self, generation: u64) -> Option<&Arc<LearnedFrontEnd>> {
         self.fitted.range(..=generation).next_back().map(|(_, p)| p)
     }
 
-    /// Takes in what a generation showed, in the order of individual, episode and step, and fits where that is due: what is
-    /// fitted holds from the next generation on.
+    /// Takes in the recordings of a generation, in the order of individual and episode. Every `refit_every` generations it makes a
+    /// new front end, which is used from the next generation on.
     pub fn learn(
         &mut self,
         params: &FrontEndParams,
@@ -71,7 +70,7 @@ impl Learner {
             self.moments.merge(&recording.moments);
         }
         let (inputs, variables) = (self.inputs(), action_variables(actions));
-        if params.belief == FrontEndFallback::Learned {
+        if params.belief.has_model() {
             self.keep(params, 2 * inputs + variables, recordings);
         }
         if !generation.is_multiple_of(u64::from(params.refit_every.max(1))) {
@@ -81,9 +80,10 @@ impl Learner {
             true => self.moments.scaling(),
             false => Moments::new(inputs).scaling(),
         };
-        let model = match params.belief {
-            FrontEndFallback::Learned => self.fit(params, variables, &means, &scales),
-            FrontEndFallback::None | FrontEndFallback::Hold => None,
+        let model = if params.belief.has_model() {
+            self.fit(params, variables, &means, &scales)
+        } else {
+            None
         };
         if let (Others::Drop, Some(model)) = (params.others, &model) {
             for (column, scale) in (0u16..).zip(&mut scales) {
@@ -93,7 +93,7 @@ impl Learner {
             }
         }
         let front_end = LearnedFrontEnd {
-            hold: params.belief != FrontEndFallback::None,
+            fallback: params.belief,
             means,
             scales,
             model,
@@ -101,7 +101,7 @@ impl Learner {
         self.fitted.insert(generation + 1, Arc::new(front_end));
     }
 
-    /// Drops the front ends of generations that nobody names any more.
+    /// Drops all front ends except those of these generations and the latest.
     pub fn retain(&mut self, generations: impl Iterator<Item = u64>) {
         let from = |generation| {
             self.fitted
@@ -118,7 +118,7 @@ impl Learner {
         self.of(u64::MAX).map_or(0, |p| p.means.len())
     }
 
-    /// Keeps the latest pairs, of a large generation every so-manieth.
+    /// Keeps the latest pairs. A generation is subsampled to at most a quarter of the buffer.
     fn keep(&mut self, params: &FrontEndParams, stride: usize, recordings: &[Recording]) {
         let limit = params.pairs as usize;
         let new: usize = recordings.iter().map(|r| r.pairs.len() / stride).sum();
@@ -173,10 +173,11 @@ impl Learner {
 
 #[cfg(test)]
 mod tests {
+    use super::super::FrontEndFallback;
     use super::*;
     use tpg_tasks::task::Rng;
 
-    /// What a model leaves out is perceived as zero, also where it is seen; before there is a model, all is perceived.
+    /// Once there is a model, programs get zeros for the columns that it leaves out, also in visible steps.
     #[test]
     fn other_columns_are_dropped_once_there_is_a_model() {
         let actions = ActionSpace::Continuous {

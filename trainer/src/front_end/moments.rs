@@ -1,8 +1,8 @@
-//! Mean and spread of what was seen.
+//! Means and standard deviations of observations.
 
 use serde::{Deserialize, Serialize};
 
-/// Spreads below this count as this, so that what hardly varies is not blown up.
+/// Least standard deviation by which elements are scaled, so that elements that hardly vary do not become large.
 const LEAST_SPREAD: f64 = 0.01;
 
 /// Running means and sums of squared deviations of each element, in f64.
@@ -14,7 +14,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of observations of a length, none yet.
+    /// Of observations of this length, of which there are none yet.
     #[must_use]
     pub fn new(inputs: usize) -> Self {
         Moments {
@@ -31,7 +31,7 @@ impl Moments {
         self.squares.fill(0.0);
     }
 
-    /// Takes in an observation (Welford).
+    /// Adds an observation (Welford's method).
     pub fn add(&mut self, observation: &[f32]) {
         self.count += 1.0;
         let own = self.means.iter_mut().zip(&mut self.squares);
@@ -42,7 +42,7 @@ impl Moments {
         }
     }
 
-    /// Takes in what others have seen (Chan, Golub and LeVeque); the order of merging fixes the bits.
+    /// Adds the observations of others (method of Chan, Golub and LeVeque). The order of merging determines the bits.
     pub fn merge(&mut self, other: &Moments) {
         if other.count == 0.0 {
             return;
@@ -56,7 +56,8 @@ impl Moments {
         self.count = all;
     }
 
-    /// Means and the reciprocals of the spreads, each rounded once; those that change nothing before two observations.
+    /// The means, and the reciprocals of the standard deviations, each rounded to f32 once. Zeros and ones before the second
+    /// observation.
     #[must_use]
     pub fn scaling(&self) -> (Vec<f32>, Vec<f32>) {
         if self.count < 2.0 {

@@ -1,50 +1,126 @@
 //! Settings of learned front ends.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
 
-use crate::defaults::is_default;
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use tpg_runtime::front_end::MAX_DEGREE;
 
-/// What policies perceive when they see nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+use crate::keys::{Key, Values, by_name, is_default, named};
+
+/// Largest distance, error and ridge.
+const LARGEST: f64 = 1e6;
+/// The word that stands for [`Columns::Auto`].
+const AUTO: &str = "auto";
+
+/// What programs get in place of a blank observation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FrontEndFallback {
     /// Zeros.
     #[default]
     None,
-    /// What they perceived last.
+    /// What they got last.
     Hold,
-    /// What a learned model says.
+    /// What a learned model of one step predicts.
     Learned,
 }
 
-/// Which columns of the observation a model describes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Columns {
-    /// `auto`: chosen from the data.
-    Word(String),
-    /// These, by name; none stands for all.
-    Names(Vec<String>),
-}
+impl FrontEndFallback {
+    /// Every value.
+    pub const ALL: &'static [Self] = &[Self::None, Self::Hold, Self::Learned];
 
-impl Columns {
-    /// Whether they are chosen from the data.
+    /// The name used in configurations.
     #[must_use]
-    pub fn is_auto(&self) -> bool {
-        matches!(self, Columns::Word(word) if word == "auto")
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Hold => "hold",
+            Self::Learned => "learned",
+        }
+    }
+
+    /// Whether a model is learned.
+    #[must_use]
+    pub const fn has_model(self) -> bool {
+        matches!(self, Self::Learned)
     }
 }
 
-/// What policies perceive of the columns that a model does not describe.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+/// Which columns of the observation a model describes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Columns {
+    /// Those that the data show to matter; `"auto"` in configurations.
+    Auto,
+    /// These, by name. None stands for all.
+    Names(Vec<String>),
+}
+
+impl Serialize for Columns {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Columns::Auto => serializer.serialize_str(AUTO),
+            Columns::Names(names) => names.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Columns {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ColumnsVisitor;
+
+        impl<'de> Visitor<'de> for ColumnsVisitor {
+            type Value = Columns;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a list of the observation's names, or {AUTO:?}")
+            }
+
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<Columns, E> {
+                if word == AUTO {
+                    Ok(Columns::Auto)
+                } else {
+                    Err(E::invalid_value(de::Unexpected::Str(word), &self))
+                }
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Columns, A::Error> {
+                let mut names = Vec::new();
+                while let Some(name) = list.next_element()? {
+                    names.push(name);
+                }
+                Ok(Columns::Names(names))
+            }
+        }
+
+        deserializer.deserialize_any(ColumnsVisitor)
+    }
+}
+
+/// What programs get of the columns that a model does not describe.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Others {
     /// What was seen last.
     #[default]
     Hold,
-    /// Nothing: zeros, also where the observation is visible.
+    /// Zeros, also where the observation is visible.
     Drop,
 }
+
+impl Others {
+    /// Every value.
+    pub const ALL: &'static [Self] = &[Self::Hold, Self::Drop];
+
+    /// The name used in configurations.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Drop => "drop",
+        }
+    }
+}
+
+named!(FrontEndFallback Others);
 
 /// How front ends are learned; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,23 +128,24 @@ pub enum Others {
 pub struct FrontEndParams {
     /// Whether observations are shifted and scaled by the moments of what was seen.
     pub standardise: bool,
-    /// What policies perceive when they see nothing.
+    /// What programs get in place of a blank observation.
+    #[serde(with = "by_name")]
     pub belief: FrontEndFallback,
     /// Degree of a model's monomials, 1 to 3.
     pub degree: u8,
     /// Columns that a model describes.
     pub columns: Columns,
-    /// What policies perceive of the other columns, once there is a model.
-    #[serde(default, skip_serializing_if = "is_default")]
+    /// What programs get of the other columns, once there is a model.
+    #[serde(with = "by_name", default, skip_serializing_if = "is_default")]
     pub others: Others,
-    /// Distance from the means at which a pair of observations loses weight, in standard deviations; 0 weighs all alike.
+    /// Distance from the means at which a pair of observations loses weight, in standard deviations. 0 weighs all pairs alike.
     pub weighting: f64,
-    /// Error in predicting a pair's columns, in standard deviations, beyond which the pair loses weight; 0 believes all pairs alike.
+    /// Error of a prediction, in standard deviations, beyond which its pair loses weight. 0 weighs all pairs alike.
     #[serde(default, skip_serializing_if = "is_default")]
     pub outlier: f64,
-    /// What is added to the diagonal of the normal equations, scaled to ones.
+    /// What is added to the diagonal of the normal equations, which are scaled so that it is 1.
     pub ridge: f64,
-    /// Pairs of consecutive visible observations that are kept for fitting, the latest.
+    /// Pairs of consecutive visible observations that are kept for fitting. The latest are kept.
     pub pairs: u32,
     /// Generations between two fits.
     pub refit_every: u32,
@@ -92,11 +169,18 @@ impl Default for FrontEndParams {
 }
 
 impl FrontEndParams {
-    /// Whether nothing differs from the defaults, which configurations leave out.
-    #[must_use]
-    pub fn is_default(&self) -> bool {
-        *self == FrontEndParams::default()
-    }
+    pub(crate) const KEYS: &[Key] = &[
+        Key::flag("standardise"),
+        Key::name::<FrontEndFallback>("belief"),
+        Key::whole("degree", 1, MAX_DEGREE as u64),
+        Key::new("columns", Values::TextsOr(AUTO)),
+        Key::name::<Others>("others"),
+        Key::number("weighting", 0.0, LARGEST),
+        Key::number("outlier", 0.0, LARGEST),
+        Key::number("ridge", 0.0, LARGEST),
+        Key::whole("pairs", 1, 10_000_000),
+        Key::whole("refit-every", 1, 1_000_000_000),
+    ];
 
     /// Whether policies have a front end.
     #[must_use]

@@ -1,4 +1,4 @@
-//! What an episode showed its policy, kept for learning.
+//! Records what policies see in episodes, for learning.
 
 use tpg_runtime::{Action, Reset, math};
 
@@ -6,16 +6,16 @@ use super::Moments;
 use tpg_tasks::eval::{Controller, Reply};
 use tpg_tasks::task::ActionSpace;
 
-/// What one episode showed: the moments of its visible observations, and the pairs of consecutive ones.
+/// The visible observations of one episode: their moments, and the pairs of consecutive ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Of all visible observations.
     pub moments: Moments,
-    /// One after another: an observation, the action that followed, the next observation; both visible.
+    /// For each pair, one after another: an observation, the action that followed, the next observation. Both are visible.
     pub pairs: Box<[f32]>,
 }
 
-/// Watches episodes; its buffers are as long as an episode can need, so that no step allocates.
+/// Records episodes. Its buffers are as long as an episode can need, so that no step allocates.
 #[derive(Debug, Clone)]
 pub struct Recorder {
     actions: ActionSpace,
@@ -25,7 +25,7 @@ pub struct Recorder {
     pairs: Vec<f32>,
 }
 
-/// Number of variables by which a model knows an action.
+/// Number of variables by which a model knows an action: 1 for discrete actions, else one for each output.
 #[must_use]
 pub fn action_variables(actions: ActionSpace) -> usize {
     match actions {
@@ -35,7 +35,7 @@ pub fn action_variables(actions: ActionSpace) -> usize {
 }
 
 impl Recorder {
-    /// For episodes of at most so many steps.
+    /// A recorder for episodes of at most this many steps.
     #[must_use]
     pub fn new(inputs: usize, actions: ActionSpace, max_steps: u32) -> Self {
         let half = inputs + action_variables(actions);
@@ -54,7 +54,7 @@ impl Recorder {
         self.pairs.clear();
     }
 
-    /// Sees what the policy sees and does; nothing is taken from a blank observation.
+    /// Records an observation and the action that the policy chose. Blank observations are left out.
     pub fn see(&mut self, seen: &[f32], action: Action<'_>) {
         if math::is_blank(seen) {
             self.last.clear();
@@ -78,7 +78,7 @@ impl Recorder {
         }
     }
 
-    /// What the episode showed.
+    /// The recording of the episode so far.
     #[must_use]
     pub fn finish(&self) -> Recording {
         Recording {
@@ -91,9 +91,9 @@ impl Recorder {
 /// A controller whose episodes are recorded.
 #[derive(Debug)]
 pub struct Recorded<'r, C> {
-    /// Decides.
+    /// The controller.
     pub inner: C,
-    /// Watches.
+    /// Its recorder.
     pub recorder: &'r mut Recorder,
 }
 

@@ -1,12 +1,12 @@
-//! Where the constants of a compact blob come from, and blobs that differ in them alone.
+//! Where the constants of a compact blob come from, and how to replace them.
 
 use tpg_runtime::blob::{self, Blob, RegisterMode};
 use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::Section;
 
-use super::Mode;
 use super::emit::selected;
 use super::liveness::{Demand, Registers, constants_read};
+use super::mode::Mode;
 use super::policy_spec::PolicySpec;
 use crate::evolve::{Population, ProgramId, TeamId};
 
@@ -19,20 +19,20 @@ pub enum Owner {
     Team(TeamId),
 }
 
-/// The place of one entry of a blob's constants table in the genome.
+/// Where in the genome an entry of a blob's constants table comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConstantSite {
     /// Whose constant it is.
     pub owner: Owner,
     /// Its index among all constants of its owner.
     pub index: usize,
-    /// Whether a decision can depend on it.
+    /// Whether decisions can depend on it.
     pub read: bool,
 }
 
-/// For each entry of the constants table of an agent's compact blob, in order, where it comes from.
+/// The site of each entry of the constants table of an agent's compact blob, in the order of the table.
 ///
-/// Empty where initial values are zero: such blobs have no constants.
+/// Empty if initial values are zero, because such blobs have no constants.
 #[must_use]
 pub fn constant_sites(
     population: &Population,
@@ -45,7 +45,7 @@ pub fn constant_sites(
     let programs = selected.graph.programs.iter().zip(&selected.results);
     let kept = selected.kept.code.iter().zip(&selected.registers);
     for (((id, program), results), (code, registers)) in programs.zip(kept) {
-        // What is left of the code is effective, whatever it writes to.
+        // All code that is left is effective, so every section and column that it writes counts as read.
         let demand = Demand {
             results: *results,
             stateful: policy_spec.register_mode == RegisterMode::Stateful,
@@ -89,7 +89,7 @@ fn push(
     }
 }
 
-/// A blob that differs from another one in its constants alone; nothing is lowered again.
+/// A copy of a blob with other constants, made without lowering again.
 ///
 /// `None` if the template is no blob, or has another number of constants.
 #[must_use]

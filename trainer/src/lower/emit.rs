@@ -1,42 +1,24 @@
-//! Layout and encoding of what is kept.
+//! Lays out what is kept in tables and encodes them.
 
 use std::collections::BTreeMap;
 
 use tpg_runtime::Header;
-use tpg_runtime::blob::{self, EncodeError, InitialValues, MemoryModel, RegisterMode};
+use tpg_runtime::blob::{self, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
 use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
-use super::Mode;
+use super::error::{LowerError, limit, small};
 use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
+use super::mode::Mode;
 use super::policy_spec::{PolicySpec, header};
 use crate::evolve::{
     Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
 };
 
-/// A graph that the format cannot hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LowerError {
-    /// Something of it is too large for its field.
-    #[error("the policy needs {needed} {what}, the format allows {limit}")]
-    TooLarge {
-        /// What there is too much of.
-        what: &'static str,
-        /// How much the policy needs.
-        needed: usize,
-        /// How much the format allows.
-        limit: usize,
-    },
-    /// The blob did not fit the buffer sized for it.
-    #[error("blob could not be encoded")]
-    Encode(#[from] EncodeError),
-}
-
 /// Lowers an agent to the bytes of a blob.
 ///
-/// `memory` is an image of indexed memory that the policy finds when it starts, one value for each cell.
+/// `memory` is the indexed memory that the policy starts with, one value for each cell; `None` for zeros.
 ///
 /// # Errors
 /// [`LowerError::TooLarge`] if the graph exceeds what the format's fields can say.
@@ -57,7 +39,7 @@ pub fn lower(
     Emitter::new(policy_spec, &graph, &kept, &registers)?.encode(provenance, memory)
 }
 
-/// What of an agent's graph reaches the tables.
+/// The part of an agent's graph that reaches the tables.
 pub(super) struct Selected<'a> {
     pub graph: Graph<'a>,
     /// For each program, the registers that matter after a run.
@@ -67,7 +49,7 @@ pub(super) struct Selected<'a> {
     pub registers: Vec<Registers>,
 }
 
-/// Finds what of an agent's graph reaches the tables.
+/// Finds the part of an agent's graph that reaches the tables.
 pub(super) fn selected<'a>(
     population: &'a Population,
     root: TeamId,
@@ -118,7 +100,7 @@ fn graph(population: &Population, root: TeamId) -> Graph<'_> {
     Graph { teams, programs }
 }
 
-/// The registers that matter after a run: the bid, and the action of a program that can act.
+/// The registers that matter after a run: that of the bid, and that of the output if the program is atomic.
 fn results(shape: &Shape, program: &Program) -> Registers {
     let mut results = Registers::default();
     results.insert(Section::Scalar, 0);
@@ -162,7 +144,7 @@ fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
                     registers.insert(section, register);
                 }
             }
-            // A write of indexed memory stores register c in column c, so none is renumbered.
+            // A write of indexed memory stores register c in column c, so all keep their numbers.
             if instruction.op == Op::MemWrite {
                 registers.0[Section::Scalar as usize] = u8::MAX;
             }
@@ -242,7 +224,7 @@ impl<'a> Emitter<'a> {
         usize::from(self.policy_spec.shape.width)
     }
 
-    /// Where the cells will lie, behind all registers; policies with cells have no team memory.
+    /// State offset of the first cell. Cells lie behind all registers. Policies with cells have no team memory.
     fn cells_start(&self, registers: &[Registers]) -> usize {
         let width = self.width();
         let of_program = |r: &Registers| -> usize {
@@ -368,7 +350,7 @@ impl<'a> Emitter<'a> {
     }
 }
 
-/// Where a program's registers and what it reads lie in the state.
+/// State offsets of what a program reads and writes.
 struct Layout<'a> {
     map: RegisterMap,
     registers: Registers,
@@ -427,21 +409,4 @@ impl Layout<'_> {
 
 fn number<K: Ord>(ids: impl Iterator<Item = K>) -> BTreeMap<K, u16> {
     ids.enumerate().map(|(k, id)| (id, k as u16)).collect()
-}
-
-pub(super) fn limit(what: &'static str, needed: usize, limit: usize) -> Result<(), LowerError> {
-    if needed > limit {
-        return Err(LowerError::TooLarge {
-            what,
-            needed,
-            limit,
-        });
-    }
-    Ok(())
-}
-
-/// A number for a 16-bit field.
-pub(super) fn small(what: &'static str, value: usize) -> Result<u16, LowerError> {
-    limit(what, value, usize::from(u16::MAX))?;
-    Ok(value as u16)
 }

@@ -1,4 +1,4 @@
-//! Which instructions and memory can influence an action.
+//! Finds the instructions and the memory that can influence an action.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use tpg_runtime::tables::Section;
 
 use crate::evolve::{Instruction, Program, ProgramId, Source, Team, TeamId};
 
-/// Sets of registers: a bit for each scalar, vector and matrix register.
+/// A set of registers: a bit for each scalar, vector and matrix register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Registers(pub [u8; 3]);
 
@@ -85,7 +85,7 @@ pub(super) fn effective(instructions: &[Instruction], demand: &Demand) -> Vec<bo
     analyse(instructions, demand).0
 }
 
-/// The registers whose evolved constants code reads: those that are live when it first runs, and those that it reloads.
+/// The registers whose evolved constants code reads. They are live when the code first runs, or the code reloads them.
 ///
 /// All of the code must be effective, as [`compact`] leaves it.
 pub(super) fn constants_read(code: &[Instruction], demand: &Demand) -> Registers {
@@ -100,8 +100,8 @@ pub(super) fn constants_read(code: &[Instruction], demand: &Demand) -> Registers
 
 /// The effective instructions, and the registers that are live before the first of them.
 ///
-/// A backward pass over the code; with stateful registers it is repeated until what is live at the start
-/// is also live at the end.
+/// Makes a backward pass over the code. With stateful registers it repeats the pass until all that is live at the start is live at
+/// the end.
 fn analyse(instructions: &[Instruction], demand: &Demand) -> (Vec<bool>, Registers) {
     let mut live_at_end = demand.results;
     loop {
@@ -118,7 +118,7 @@ fn analyse(instructions: &[Instruction], demand: &Demand) -> (Vec<bool>, Registe
     }
 }
 
-/// Updates the live registers across one instruction, backwards; says whether it is effective.
+/// Updates the live registers backwards across one instruction. Returns whether the instruction is effective.
 fn pass(instruction: &Instruction, demand: &Demand, live: &mut Registers) -> bool {
     let op = instruction.op;
     let written = register_written(op).map(|section| (section, instruction.destination));
@@ -147,7 +147,7 @@ fn pass(instruction: &Instruction, demand: &Demand, live: &mut Registers) -> boo
     true
 }
 
-/// An agent's graph, as far as liveness is concerned.
+/// The teams and programs of an agent, in the order of the tables.
 pub(super) struct Graph<'a> {
     pub teams: Vec<(TeamId, &'a Team)>,
     pub programs: Vec<(ProgramId, &'a Program)>,
@@ -163,10 +163,10 @@ pub(super) struct Kept {
     pub cells: Vec<u16>,
 }
 
-/// Finds what can influence an action: programs and memory in turn, until nothing more falls away.
+/// Finds what can influence an action. Drops code and memory in turn until nothing more can be dropped.
 ///
-/// `results` are the registers that matter after a run of each program. `all_cells` keeps all of indexed
-/// memory, for scopes in which other agents read it.
+/// `results` are, for each program, the registers that matter after a run. `all_cells` keeps all of indexed memory, for scopes in
+/// which other agents read it.
 pub(super) fn compact(
     graph: &Graph<'_>,
     results: &[Registers],

@@ -3,15 +3,13 @@
 use std::sync::Arc;
 
 use tpg_runtime::Header;
-use tpg_runtime::blob::{
-    ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
-};
+use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::Operand;
 use tpg_runtime::tables::Target;
 
-use super::emit::{LowerError, limit, small};
+use super::error::{LowerError, limit, small};
 use super::liveness::{Graph, Kept};
-use crate::evolve::{ActionPrograms, ResetRule, Shape};
+use crate::evolve::{ResetRule, Shape};
 use crate::front_end::LearnedFrontEnd;
 use tpg_tasks::task::ActionSpace;
 
@@ -43,7 +41,7 @@ pub struct PolicySpec {
 }
 
 impl PolicySpec {
-    /// Whether all agents share one memory, which none of them owns.
+    /// Whether all agents of a population share one memory.
     #[must_use]
     pub const fn shares_memory(&self) -> bool {
         matches!(
@@ -53,22 +51,17 @@ impl PolicySpec {
     }
 }
 
-/// The header of a policy, but for what is known once its tables are laid out.
+/// The header of a policy. What depends on the layout of the tables is filled in later: words, streams, groups, front end and
+/// provenance.
 pub(super) fn header(
     policy_spec: &PolicySpec,
     graph: &Graph<'_>,
     kept: &Kept,
 ) -> Result<Header, LowerError> {
     let shape = &policy_spec.shape;
-    let (action_kind, actions, action_low, action_high) = match shape.actions {
-        ActionSpace::Discrete(actions) => (ActionKind::Discrete, actions, 0.0, 0.0),
-        ActionSpace::Continuous { len, low, high } => {
-            let kind = match shape.action_programs {
-                ActionPrograms::Winner => ActionKind::Continuous,
-                ActionPrograms::Each => ActionKind::Each,
-            };
-            (kind, len, low, high)
-        }
+    let (actions, action_low, action_high) = match shape.actions {
+        ActionSpace::Discrete(actions) => (actions, 0.0, 0.0),
+        ActionSpace::Continuous { len, low, high } => (len, low, high),
     };
     let target_limit = usize::from(Target::MAX);
     limit("teams", graph.teams.len(), target_limit)?;
@@ -79,7 +72,7 @@ pub(super) fn header(
     header.observation_len = shape.inputs;
     header.window = small("observation window", window(shape, graph, kept))?;
     header.actions = actions;
-    header.action_kind = action_kind;
+    header.action_kind = shape.action_kind();
     header.register_mode = policy_spec.register_mode;
     header.initial_values = policy_spec.initial_values;
     header.reset_scope = reset_scope(policy_spec, graph);
@@ -97,7 +90,7 @@ fn reset_scope(policy_spec: &PolicySpec, graph: &Graph<'_>) -> ResetScope {
     rule.map_or(policy_spec.reset_scope, ResetRule::scope)
 }
 
-/// State words that the observation needs, repeated cyclically, so that every read of it is a plain slice.
+/// Number of state words for the observation. It is repeated cyclically, so that every operand that reads it is a plain slice.
 fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> usize {
     let width = usize::from(shape.width);
     let mut words = usize::from(shape.inputs);

@@ -4,8 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use tpg_tasks::console::command_line;
-use tpg_tasks::exit_status::{HasStatus, Status, one_line};
+use tpg_tasks::console::{command_line, one_line};
+use tpg_tasks::exit_status::{HasStatus, Status};
 use tpg_tasks::task::UnknownTask;
 
 use crate::session::{CheckpointError, SessionError};
@@ -32,6 +32,9 @@ pub enum RunFolderError {
         /// The number of the process, in words; empty if it is not known.
         pid: String,
     },
+    /// There is no run in it.
+    #[error("{} holds no run: there is no checkpoint and no run.toml", .0.display())]
+    NoRun(PathBuf),
     /// The run ended before its first checkpoint.
     #[error(
         "{path} holds no checkpoint: the run ended before its first; begin it again: {}",
@@ -112,7 +115,8 @@ impl HasStatus for RunFolderError {
                 action: "write", ..
             })
             | Self::Session(SessionError::Config(_)) => Status::Usage,
-            Self::NoCheckpoint { .. }
+            Self::NoRun(_)
+            | Self::NoCheckpoint { .. }
             | Self::Differs { .. }
             | Self::TaskChanged { .. }
             | Self::Task(_)

@@ -1,16 +1,16 @@
-//! Augmented random search, version V1-t: the best of some antithetic directions, a step in units of the scores' spread.
+//! Augmented random search, version V1-t of the paper: steps along the best of several directions, each tried both ways.
 
 use super::TuningParams;
 use tpg_tasks::task::Rng;
 
-/// One iteration: directions drawn, trials to be scored.
+/// One iteration, with its directions drawn and its trials to be scored.
 pub struct Search<'a> {
     params: &'a TuningParams,
     base: &'a [f32],
     directions: Vec<Vec<f32>>,
 }
 
-/// What the trials of one direction came to; a score that is not finite is none.
+/// Scores of the two trials of one direction. A score that is not finite counts as none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
     /// Score of base + noise · direction.
@@ -30,7 +30,7 @@ impl Trial {
 }
 
 impl<'a> Search<'a> {
-    /// Draws the directions from N(0, I).
+    /// Draws `directions` directions from N(0, I), each as long as `base`.
     #[must_use]
     pub fn new(params: &'a TuningParams, base: &'a [f32], rng: &mut Rng) -> Self {
         let mut direction = || base.iter().map(|_| rng.normal() as f32).collect();
@@ -41,7 +41,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Constants of a trial: those of all directions forwards, then those of all backwards.
+    /// Constants of a trial. Trials 0 to n − 1 go forwards along the n directions, trials n to 2n − 1 backwards.
     #[must_use]
     pub fn constants(&self, trial: usize) -> Vec<f32> {
         let directions = self.directions.len();
@@ -55,15 +55,15 @@ impl<'a> Search<'a> {
         moved.map(bounded).collect()
     }
 
-    /// The constants after a step: base + step / (b σ) Σ (forwards − backwards) · direction, over the b directions
-    /// whose better trial is best, σ being the standard deviation of their scores.
+    /// The constants after a step: base + step / (b σ) Σ (forwards − backwards) · direction. The sum is over the b = `top`
+    /// directions whose better trial scores highest. σ is the standard deviation of their 2b scores.
     ///
-    /// Trials come in the order of the directions. Without any that is finite, or without spread, nothing moves.
+    /// Trials come in the order of the directions. If no direction has two finite scores, or σ is 0, the constants stay.
     #[must_use]
     pub fn step(&self, trials: &[Trial]) -> Vec<f32> {
         let mut used: Vec<(&Trial, &Vec<f32>)> = trials.iter().zip(&self.directions).collect();
         used.retain(|(trial, _)| trial.is_finite());
-        // A stable sort: of equals the direction that was drawn first.
+        // The sort is stable, so that among equals the direction that was drawn first wins.
         used.sort_by(|a, b| b.0.best().total_cmp(&a.0.best()));
         used.truncate(self.params.top as usize);
         let scores: Vec<f64> = used
@@ -86,7 +86,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Constants are finite, whatever a step did.
+/// Keeps constants finite: NaN becomes 0, larger numbers the largest.
 fn bounded(x: f32) -> f32 {
     if x.is_nan() {
         0.0

@@ -1,23 +1,23 @@
-//! The mean of a lineage's last quarter, without keeping every iterate.
+//! The mean over the last quarter of a lineage's iterates, without keeping all of them.
 
 use serde::{Deserialize, Serialize};
 
-/// Blocks that are kept; an even number.
+/// Blocks that are kept at most. The number is even, so that blocks merge in pairs.
 const BLOCKS: usize = 32;
 
-/// Sums of iterates in blocks of equal length, which doubles whenever there are too many blocks.
+/// Sums of iterates in blocks of equal length. The length doubles whenever there would be more than [`BLOCKS`] blocks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RecentMean {
-    /// Iterates of a full block; a power of two.
+    /// Iterates of a full block, a power of two.
     length: u64,
-    /// Sums over full blocks, the oldest first, then that of the open one.
+    /// Sums over the full blocks, the oldest first, then the sum over the open one.
     blocks: Vec<Vec<f64>>,
     /// Iterates in the open block.
     open: u64,
 }
 
 impl RecentMean {
-    /// Takes an iterate in; all have the same length.
+    /// Adds an iterate. All have the same length.
     pub fn push(&mut self, iterate: &[f32]) {
         self.length = self.length.max(1);
         if self.blocks.is_empty() || self.open == self.length {
@@ -33,7 +33,7 @@ impl RecentMean {
         }
     }
 
-    /// Joins neighbours; all blocks are full, and their number is even.
+    /// Joins neighbouring blocks. All are full, and their number is even.
     fn merge(&mut self) {
         let pairs = std::mem::take(&mut self.blocks);
         for pair in pairs.chunks(2) {
@@ -47,7 +47,7 @@ impl RecentMean {
         self.open = self.length;
     }
 
-    /// The mean of the last quarter of the iterates, rounded up to whole blocks; `None` before the first one.
+    /// The mean of the last quarter of the iterates, rounded up to whole blocks. `None` before the first iterate.
     #[must_use]
     pub fn last_quarter(&self) -> Option<Vec<f32>> {
         let full = self.blocks.len().checked_sub(1)?;

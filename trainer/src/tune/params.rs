@@ -2,13 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::defaults::is_default;
+use crate::keys::{Key, is_default};
+
+/// Most programs of a team that has grown.
+const MOST_MEMBERS: u64 = 1000;
+/// Most iterations or generations that a setting of tuning counts.
+const LONGEST: u64 = 1_000_000_000;
+/// Smallest standard deviation of noise, and shortest step.
+const SMALLEST_MOVE: f64 = 1e-9;
+/// Largest of both, and largest margin.
+const LARGEST: f64 = 1e6;
 
 /// How the constants of the best agents are tuned; `presets/defaults.toml` explains every key.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct TuningParams {
-    /// Agents that are tuned at a time; 0 turns tuning off.
+    /// Agents that are tuned at a time, one for each lineage. 0 turns tuning off.
     #[serde(rename = "lines")]
     pub lineages: u32,
     /// Iterations of each lineage in a generation.
@@ -21,27 +30,28 @@ pub struct TuningParams {
     pub episodes: u32,
     /// Standard deviation of what a trial adds to each constant.
     pub noise: f64,
-    /// Length of a step in units of the scores' standard deviation.
+    /// Length of a step, in standard deviations of the scores.
     pub step: f64,
-    /// Iterations in which noise and step halve, again and again; 0 keeps them.
+    /// Iterations after which noise and step have halved; they go on halving at this rate. 0 keeps them as they are.
     #[serde(default, skip_serializing_if = "is_default")]
     pub half_life: u32,
-    /// Generations between two means of a lineage's last quarter; 0 makes none.
+    /// Generations between two means of a lineage's last quarter. 0: none are made.
     pub mean_every: u32,
-    /// Generations that a lineage may lie behind the best agent before it takes that one's place; 0 stands for ever.
+    /// Generations for which a lineage may lie behind the best agent before it is replaced by it. 0: without limit.
     pub patience: u32,
-    /// Share of the best score by which a lineage lies behind.
+    /// A lineage lies behind if its score is lower than the best one by more than this share of it.
     pub margin: f64,
-    /// Iterations after which a lineage's team grows, once; 0 stands for never.
+    /// Iterations after which a lineage's team grows, once. 0: never.
     pub grow_after: u32,
     /// Programs of a team that has grown.
     pub grow_to: u32,
-    /// Iterations after which only the best lineage goes on; 0 stands for never.
+    /// Iterations after which only the best lineage goes on. 0: all go on.
     pub one_after: u32,
-    /// Whether the worse half of the lineages ends at a time, in equal parts of those iterations, rather than all at their end.
+    /// Whether the worse half of the lineages ends at a time, after equal parts of `one_after`. Otherwise all but the best end
+    /// after `one_after`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub halve: bool,
-    /// Iterations after which the programs of a lineage's team get a memory, once; 0 stands for never.
+    /// Iterations after which the programs of a lineage's team get a memory, once. 0: never.
     pub remember_after: u32,
 }
 
@@ -69,7 +79,26 @@ impl Default for TuningParams {
 }
 
 impl TuningParams {
-    /// The same with noise and step as they are after so many iterations.
+    pub(crate) const KEYS: &[Key] = &[
+        Key::whole("lines", 0, 10_000),
+        Key::whole("iterations", 1, 1_000_000),
+        Key::whole("directions", 1, 10_000),
+        Key::whole("top", 1, 10_000),
+        Key::whole("episodes", 1, 1000),
+        Key::number("noise", SMALLEST_MOVE, LARGEST),
+        Key::number("step", SMALLEST_MOVE, LARGEST),
+        Key::whole("half-life", 0, LONGEST),
+        Key::whole("mean-every", 0, LONGEST),
+        Key::whole("patience", 0, LONGEST),
+        Key::number("margin", 0.0, LARGEST),
+        Key::whole("grow-after", 0, LONGEST),
+        Key::whole("grow-to", 1, MOST_MEMBERS),
+        Key::whole("one-after", 0, LONGEST),
+        Key::flag("halve"),
+        Key::whole("remember-after", 0, LONGEST),
+    ];
+
+    /// These settings with noise and step as they are after a lineage has made this many iterations.
     #[must_use]
     pub fn cooled(&self, iterations: u64) -> Self {
         if self.half_life == 0 {
@@ -83,7 +112,7 @@ impl TuningParams {
         }
     }
 
-    /// Lines that go on after the longest has made so many iterations.
+    /// Number of lineages that go on once the oldest has made this many iterations.
     #[must_use]
     pub fn lineages_after(&self, iterations: u64) -> u32 {
         let after = u64::from(self.one_after);
@@ -96,12 +125,6 @@ impl TuningParams {
             .trailing_zeros();
         let done = iterations.min(after) * u64::from(halvings) / after;
         u64::from(self.lineages).div_ceil(1 << done) as u32
-    }
-
-    /// Whether nothing differs from the defaults, which configurations leave out.
-    #[must_use]
-    pub fn is_default(&self) -> bool {
-        *self == TuningParams::default()
     }
 }
 

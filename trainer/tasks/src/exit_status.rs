@@ -3,5 +3,5 @@
 mod failure;
 mod status;
 
-pub use failure::{Failure, Fault, HasStatus, one_line};
+pub use failure::{Failure, Fault, HasStatus};
 pub use status::Status;

@@ -51,12 +51,6 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
     }
 }
 
-/// A message in one line, such as those of parsers, which have several.
-#[must_use]
-pub fn one_line(message: &impl ToString) -> String {
-    message.to_string().trim_end().replace('\n', "; ")
-}
-
 /// An error that knows in which status it ends a command.
 pub trait HasStatus {
     /// The status.

@@ -31,7 +31,7 @@ pub use cartpole::CartPole;
 pub use error::UnknownTask;
 pub use observability::{Observability, ObservabilityError, parse_stack, stack_text};
 pub use pendulum::Pendulum;
-pub use registry::{create, description_file, identity, locate, names, simulator_version};
+pub use registry::{create, description_file, identity, locate, names, simulator_version, sources};
 pub use rng::Rng;
 pub use spec::{ActionSpace, Channel, Spec, Step, Task, Terms};
 pub use wrappers::Wrappers;

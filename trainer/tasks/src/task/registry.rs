@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 #[cfg(feature = "mujoco")]
-use super::mujoco::{DoublePendulum, HalfCheetah, Hopper, Version};
+use super::mujoco::Robot;
 
 type Make = fn() -> Box<dyn Task>;
 
@@ -16,16 +16,25 @@ struct Row {
     make: Option<Make>,
 }
 
+/// The row of a robot that the program brings along.
 #[cfg(feature = "mujoco")]
-macro_rules! mujoco {
-    ($task:ident, $version:ident) => {
-        Some(|| Box::new($task::new(Version::$version)))
+macro_rules! robot {
+    ($name:literal, $default:literal) => {
+        Row {
+            name: $name,
+            default: $default,
+            make: Some(|| Box::new(Robot::builtin($name))),
+        }
     };
 }
 #[cfg(not(feature = "mujoco"))]
-macro_rules! mujoco {
-    ($task:ident, $version:ident) => {
-        None
+macro_rules! robot {
+    ($name:literal, $default:literal) => {
+        Row {
+            name: $name,
+            default: $default,
+            make: None,
+        }
     };
 }
 
@@ -45,36 +54,27 @@ static TABLE: &[Row] = &[
         default: true,
         make: Some(|| Box::new(Pendulum::new())),
     },
-    Row {
-        name: "inverted-double-pendulum-v4",
-        default: true,
-        make: mujoco!(DoublePendulum, V4),
-    },
-    Row {
-        name: "inverted-double-pendulum-v5",
-        default: false,
-        make: mujoco!(DoublePendulum, V5),
-    },
-    Row {
-        name: "hopper-v4",
-        default: true,
-        make: mujoco!(Hopper, V4),
-    },
-    Row {
-        name: "hopper-v5",
-        default: false,
-        make: mujoco!(Hopper, V5),
-    },
-    Row {
-        name: "half-cheetah-v4",
-        default: true,
-        make: mujoco!(HalfCheetah, V4),
-    },
-    Row {
-        name: "half-cheetah-v5",
-        default: false,
-        make: mujoco!(HalfCheetah, V5),
-    },
+    robot!("inverted-double-pendulum-v4", true),
+    robot!("inverted-double-pendulum-v5", false),
+    robot!("hopper-v4", true),
+    robot!("hopper-v5", false),
+    robot!("half-cheetah-v4", true),
+    robot!("half-cheetah-v5", false),
+    robot!("inverted-pendulum-v4", false),
+    robot!("inverted-pendulum-v5", true),
+    robot!("walker2d-v4", false),
+    robot!("walker2d-v5", true),
+    robot!("swimmer-v4", false),
+    robot!("swimmer-v5", true),
+    robot!("reacher-v4", false),
+    robot!("reacher-v5", true),
+    robot!("pusher-v5", true),
+    robot!("ant-v4", false),
+    robot!("ant-v5", true),
+    robot!("humanoid-v4", false),
+    robot!("humanoid-v5", true),
+    robot!("humanoid-standup-v4", false),
+    robot!("humanoid-standup-v5", true),
 ];
 
 /// The full names of the tasks that this build can make.
@@ -90,7 +90,8 @@ pub fn names() -> &'static [&'static str] {
     &NAMES
 }
 
-/// Makes a task by its full name, or by its name without the version, which means the version that the thesis used; or
+/// Makes a task by its full name, or by its name without the version, which means the version that the
+/// thesis used, or else the latest; or
 /// from the file that describes it, whose path ends in `.toml`.
 ///
 /// # Errors
@@ -109,23 +110,24 @@ pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
     if let Some(path) = description_file(name) {
         return described(path);
     }
-    match TABLE
+    let row = find(name)?;
+    let make = row.make.ok_or(UnknownTask::NeedsMujoco {
+        name: row.name,
+        known: names(),
+    })?;
+    Ok(make())
+}
+
+fn find(name: &str) -> Result<&'static Row, UnknownTask> {
+    let named = |row: &&Row| row.name == name || row.default && bare(row.name) == name;
+    TABLE
         .iter()
-        .find(|row| row.name == name || row.default && bare(row.name) == name)
-    {
-        Some(Row {
-            make: Some(make), ..
-        }) => Ok(make()),
-        Some(row) => Err(UnknownTask::NeedsMujoco {
-            name: row.name,
-            known: names(),
-        }),
-        None => Err(UnknownTask::NoSuchName {
+        .find(named)
+        .ok_or_else(|| UnknownTask::NoSuchName {
             name: name.into(),
             nearest: nearest(name),
             known: names(),
-        }),
-    }
+        })
 }
 
 /// The path of the TOML file that describes a task, where `name` is one instead of a built-in task's name.
@@ -170,6 +172,23 @@ pub fn identity(name: &str) -> Result<String, UnknownTask> {
     return super::mujoco::custom::digest(path);
     #[cfg(not(feature = "mujoco"))]
     return described(path).map(|_| String::new());
+}
+
+/// The files that a described task depends on, each with its SHA-256: the description, the model, and every file that
+/// the model is compiled from (included models, meshes, height fields, textures, skins).
+///
+/// Names are relative to the folder of the description, in order. A built-in task depends on no file.
+///
+/// # Errors
+/// [`UnknownTask::BadFile`] where a file cannot be read, [`UnknownTask::NoSuchName`] where the name is none.
+pub fn sources(name: &str) -> Result<Vec<(String, [u8; 32])>, UnknownTask> {
+    let Some(path) = description_file(name) else {
+        return find(name).map(|_| Vec::new());
+    };
+    #[cfg(feature = "mujoco")]
+    return super::mujoco::custom::sources(path);
+    #[cfg(not(feature = "mujoco"))]
+    return described(path).map(|_| Vec::new());
 }
 
 /// The name without its version.
@@ -218,7 +237,7 @@ mod tests {
         let mut bits = Vec::new();
         task.reset(&mut Rng::new(seed));
         for t in 0..60u16 {
-            let values = [f32::from(t % 7) / 3.0 - 1.0; 8];
+            let values = [f32::from(t % 7) / 3.0 - 1.0; 17];
             let action = match task.spec().actions {
                 ActionSpace::Discrete(count) => Action::Discrete(t % count),
                 ActionSpace::Continuous { len, .. } => {

@@ -1,37 +1,89 @@
 //! The keys of a file that describes a task.
 
-use std::fmt;
-
 use super::unknown;
 use crate::console::one_line;
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use toml::{Table, Value};
 
 /// The keys of each part of the file; the first part is the file itself.
-const KEYS: [(&str, &[&str]); 6] = [
+const KEYS: [(&str, &[&str]); 9] = [
     (
         "",
         &[
             "name",
+            "like",
             "model",
             "frame-skip",
             "max-steps",
             "period-us",
+            "action-repeat",
+            "leave-out",
             "observation",
             "actuator",
+            "action",
             "reward",
             "termination",
+            "goal",
             "reset",
         ],
     ),
     (
         "observation",
-        &["source", "name", "unit", "velocity", "clip"],
+        &["source", "expression", "name", "unit", "velocity", "clip"],
     ),
-    ("actuator", &["name", "low", "high", "unit"]),
-    ("reward", &["kind", "source", "weight", "target"]),
-    ("termination", &["source", "below", "above"]),
-    ("reset", &["position-noise", "velocity-noise"]),
+    (
+        "actuator",
+        &["name", "actuator", "low", "high", "unit", "rate-limit"],
+    ),
+    ("action", &["name", "controls"]),
+    (
+        "reward",
+        &[
+            "kind",
+            "expression",
+            "source",
+            "weight",
+            "target",
+            "precision",
+            "counts-as",
+        ],
+    ),
+    (
+        "termination",
+        &[
+            "source",
+            "expression",
+            "below",
+            "above",
+            "at-or-below",
+            "at-or-above",
+        ],
+    ),
+    ("goal", &["name", "low", "high"]),
+    (
+        "reset",
+        &[
+            "keyframe",
+            "position-noise",
+            "velocity-noise",
+            "orientation-noise",
+            "position-distribution",
+            "velocity-distribution",
+            "joint",
+            "redraw-until",
+        ],
+    ),
+    (
+        "joint",
+        &[
+            "joint",
+            "position",
+            "velocity",
+            "position-noise",
+            "velocity-noise",
+        ],
+    ),
 ];
 
 /// A task as its file describes it; docs/custom-tasks.md explains every key.
@@ -43,21 +95,43 @@ pub(super) struct Description {
     pub frame_skip: u32,
     pub max_steps: u32,
     pub period_us: Option<u32>,
+    #[serde(default = "once")]
+    pub action_repeat: u32,
+    #[serde(default)]
+    pub leave_out: Vec<Part>,
     #[serde(default)]
     pub observation: Vec<Observation>,
     #[serde(default)]
     pub actuator: Vec<Actuator>,
     #[serde(default)]
+    pub action: Vec<Action>,
+    #[serde(default)]
     pub reward: Vec<Reward>,
     #[serde(default)]
     pub termination: Vec<Termination>,
     #[serde(default)]
+    pub goal: Vec<Goal>,
+    #[serde(default)]
     pub reset: Reset,
+}
+
+fn once() -> u32 {
+    1
+}
+
+/// What MuJoCo need not compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Part {
+    Contacts,
+    Islands,
+    Sensors,
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Observation {
-    pub source: String,
+    pub source: Option<String>,
+    pub expression: Option<String>,
     pub name: String,
     pub unit: String,
     pub velocity: Option<bool>,
@@ -65,66 +139,144 @@ pub(super) struct Observation {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(super) struct Actuator {
     pub name: String,
+    /// Which one it is in the model, where the name does not say so.
+    pub actuator: Option<String>,
     pub low: Option<f64>,
     pub high: Option<f64>,
     pub unit: Option<String>,
+    pub rate_limit: Option<f64>,
+}
+
+/// One of several actions to choose from.
+#[derive(Debug, Deserialize)]
+pub(super) struct Action {
+    pub name: String,
+    pub controls: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum RewardKind {
     Constant,
+    Alive,
     Linear,
     Square,
     Velocity,
     ControlCost,
 }
 
-impl fmt::Display for RewardKind {
-    /// As the file writes it.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Constant => "constant",
-            Self::Linear => "linear",
-            Self::Square => "square",
-            Self::Velocity => "velocity",
-            Self::ControlCost => "control-cost",
-        })
-    }
+/// The floating-point numbers that a term is worked out in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Precision {
+    #[default]
+    F64,
+    F32,
+}
+
+/// What a term pays for, besides the task itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum CountsAs {
+    Alive,
+    Control,
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(super) struct Reward {
-    pub kind: RewardKind,
-    pub weight: f64,
+    pub kind: Option<RewardKind>,
+    pub expression: Option<String>,
+    pub weight: Option<f64>,
     pub source: Option<String>,
     pub target: Option<f64>,
+    #[serde(default)]
+    pub precision: Precision,
+    pub counts_as: Option<CountsAs>,
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(super) struct Termination {
-    pub source: String,
+    pub source: Option<String>,
+    pub expression: Option<String>,
     pub below: Option<f64>,
     pub above: Option<f64>,
+    pub at_or_below: Option<f64>,
+    pub at_or_above: Option<f64>,
+}
+
+/// A number that is drawn for each episode.
+#[derive(Debug, Deserialize)]
+pub(super) struct Goal {
+    pub name: String,
+    pub low: f64,
+    pub high: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Distribution {
+    /// Within plus and minus the noise.
+    #[default]
+    Uniform,
+    /// With the noise as standard deviation.
+    Normal,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) struct Reset {
+    pub keyframe: Option<String>,
     #[serde(default)]
     pub position_noise: f64,
     #[serde(default)]
     pub velocity_noise: f64,
+    pub orientation_noise: Option<f64>,
+    #[serde(default)]
+    pub position_distribution: Distribution,
+    #[serde(default)]
+    pub velocity_distribution: Distribution,
+    #[serde(default)]
+    pub joint: Vec<Joint>,
+    pub redraw_until: Option<String>,
 }
+
+/// Where one joint starts.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) struct Joint {
+    pub joint: String,
+    pub position: Option<Place>,
+    pub velocity: Option<Place>,
+    pub position_noise: Option<f64>,
+    pub velocity_noise: Option<f64>,
+}
+
+/// A value, or the range that it is drawn from.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Place {
+    At(f64),
+    Within([f64; 2]),
+}
+
+/// Reads a further file of a task by its name, from the folder of the description.
+pub(super) type Load<'a> = dyn Fn(&str) -> Result<String, String> + 'a;
 
 impl Description {
     /// Reads the text of a file and checks what can be checked without the model.
-    pub(super) fn read(text: &str) -> Result<Self, String> {
-        let table: Table = text.parse().map_err(one_line)?;
-        check_keys(&table, "")?;
-        let read: Self = toml::from_str(text).map_err(one_line)?;
+    pub(super) fn read(text: &str, load: &Load<'_>) -> Result<Self, String> {
+        let table = table(text)?;
+        let read: Self = if table.contains_key("like") {
+            overlay(table, load, 0)?.try_into().map_err(one_line)?
+        } else {
+            // From the text, so that messages show the line.
+            toml::from_str(text).map_err(one_line)?
+        };
         read.check()?;
         Ok(read)
     }
@@ -151,6 +303,7 @@ impl Description {
         for (key, value) in [
             ("frame-skip", self.frame_skip),
             ("max-steps", self.max_steps),
+            ("action-repeat", self.action_repeat),
         ] {
             if value == 0 {
                 return Err(format!("{key} = 0: must be at least 1"));
@@ -163,15 +316,117 @@ impl Description {
             for text in [&observation.name, &observation.unit] {
                 check_label(text)?;
             }
-            check_width("observation.clip", observation.clip.unwrap_or(0.0))?;
+            if observation
+                .clip
+                .is_some_and(|clip| !(clip.is_finite() && clip > 0.0))
+            {
+                return Err(format!(
+                    "observation.clip = {} of {:?}: must be a finite number above 0; leave the key out for no limit",
+                    observation.clip.unwrap_or_default(),
+                    observation.name
+                ));
+            }
+        }
+        if let Some(name) = twice(self.observation.iter().map(|o| o.name.as_str())) {
+            return Err(format!(
+                "observation.name = {name:?}: two observations have this name; give each its own"
+            ));
+        }
+        if self.reward.is_empty() {
+            return Err(
+                "there is no [[reward]]: without one every policy scores 0; add at least one term"
+                    .into(),
+            );
         }
         for actuator in &self.actuator {
             check_label(&actuator.name)?;
             check_label(actuator.unit.as_deref().unwrap_or("1"))?;
         }
-        check_width("reset.position-noise", self.reset.position_noise)?;
-        check_width("reset.velocity-noise", self.reset.velocity_noise)
+        for action in &self.action {
+            check_label(&action.name)?;
+        }
+        if let Some(name) = twice(self.goal.iter().map(|goal| goal.name.as_str())) {
+            return Err(format!("goal.name = {name:?}: two goals have this name"));
+        }
+        for goal in &self.goal {
+            check_label(&goal.name)?;
+            check_range(&format!("goal {:?}", goal.name), [goal.low, goal.high])?;
+        }
+        self.reset.check()
     }
+}
+
+impl Reset {
+    fn check(&self) -> Result<(), String> {
+        check_width("reset.position-noise", self.position_noise)?;
+        check_width("reset.velocity-noise", self.velocity_noise)?;
+        check_width(
+            "reset.orientation-noise",
+            self.orientation_noise.unwrap_or_default(),
+        )?;
+        for joint in &self.joint {
+            for (key, value) in [
+                ("position-noise", joint.position_noise),
+                ("velocity-noise", joint.velocity_noise),
+            ] {
+                check_width(&format!("reset.joint.{key}"), value.unwrap_or_default())?;
+            }
+            for (key, place) in [("position", joint.position), ("velocity", joint.velocity)] {
+                let key = format!("reset.joint.{key} of {:?}", joint.joint);
+                match place {
+                    Some(Place::At(value)) => {
+                        finite(&key, value)?;
+                    }
+                    Some(Place::Within(range)) => check_range(&key, range)?,
+                    None => {}
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The keys of one file, all of them known.
+fn table(text: &str) -> Result<Table, String> {
+    let table: Table = text.parse().map_err(one_line)?;
+    check_keys(&table, "")?;
+    Ok(table)
+}
+
+/// The name of the file that a description is like, if it is like one.
+pub(super) fn like(text: &str) -> Result<Option<String>, String> {
+    match table(text)?.remove("like") {
+        None => Ok(None),
+        Some(Value::String(name)) => Ok(Some(name)),
+        Some(other) => Err(format!("like = {other}: must be the name of a file")),
+    }
+}
+
+/// Adds the keys of the file that a description is like, except those that it has itself.
+fn overlay(mut own: Table, load: &Load<'_>, depth: usize) -> Result<Table, String> {
+    const DEEPEST: usize = 8;
+    let Some(like) = own.remove("like") else {
+        return Ok(own);
+    };
+    let name = like
+        .as_str()
+        .ok_or_else(|| format!("like = {like}: must be the name of a file"))?;
+    if depth == DEEPEST {
+        return Err(format!(
+            "like = {name:?}: more than {DEEPEST} files follow each other"
+        ));
+    }
+    let named = |why| format!("like = {name:?}: {why}");
+    let base = table(&load(name).map_err(named)?).map_err(named)?;
+    let mut base = overlay(base, load, depth + 1)?;
+    base.extend(own);
+    Ok(base)
+}
+
+/// The first text that occurs twice.
+fn twice<'a>(texts: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let mut seen = BTreeSet::new();
+    texts.into_iter().find(|text| !seen.insert(*text))
 }
 
 /// Refuses a text that a policy's table of channels cannot hold.
@@ -190,6 +445,17 @@ fn check_width(key: &str, value: f64) -> Result<(), String> {
     } else {
         Err(format!(
             "{key} = {value}: must be a finite number, 0 or more"
+        ))
+    }
+}
+
+/// Refuses a range that holds no number.
+fn check_range(key: &str, [low, high]: [f64; 2]) -> Result<(), String> {
+    if low.is_finite() && high.is_finite() && low <= high {
+        Ok(())
+    } else {
+        Err(format!(
+            "{key} goes from {low} to {high}: both must be finite, the lower one first"
         ))
     }
 }

@@ -3,18 +3,33 @@
 //! | file | what it holds |
 //! |---|---|
 //! | `description` | the keys of the TOML file |
+//! | `names` | the objects of a model, by name or number |
 //! | `source` | the values of a model that the file can name |
-//! | `terms` | rewards and ends made of such values |
+//! | `measure`, `expression` | numbers that formulas can name, and the formulas |
+//! | `terms` | rewards and ends |
 //! | `drive` | the actuators that a policy sets |
-//! | `plant` | the task itself |
+//! | `start` | initial states |
+//! | `sound` | whether the model's numbers can be simulated |
+//! | `files` | the files that a task is made of |
+//! | `plant` | the task at work |
+//! | `builtin` | the robots that the program brings along |
 
+mod builtin;
 mod description;
 mod drive;
+mod expression;
+mod files;
+mod measure;
+mod names;
 mod plant;
+mod sound;
 mod source;
+mod start;
 mod terms;
 
-pub(in crate::task) use plant::{digest, load};
+pub(in crate::task) use files::{digest, sources};
+pub use plant::Robot;
+pub(in crate::task) use plant::load;
 
 /// Says that a name does not exist, which one is most like it, and which there are.
 fn unknown(kind: &str, name: &str, known: &[&str]) -> String {
@@ -27,6 +42,6 @@ fn unknown(kind: &str, name: &str, known: &[&str]) -> String {
             "no {kind} is called {name:?}, did you mean {nearest:?}?; there are {}",
             known.join(", ")
         ),
-        None => format!("no {kind} is called {name:?}; the model has no named {kind}"),
+        None => format!("no {kind} is called {name:?}"),
     }
 }

@@ -1,40 +1,55 @@
 //! The task that a description makes.
 
-use super::description::Description;
-use super::drive::{Drive, drives};
-use super::source::Source;
-use super::terms::{Reward, Termination};
+use super::description::{Description, Part};
+use super::drive::Drives;
+use super::expression::Expression;
+use super::files::sources;
+use super::measure::{Effort, Measure, Now};
+use super::sound;
+use super::source::{Moment, Source, find};
+use super::start::Start;
+use super::terms::{Reward, Scope, Termination};
 use crate::task::mujoco::sim::{Sim, UNSTABLE, compile};
 use crate::task::spec::round;
-use crate::task::{ActionSpace, Channel, Rng, Spec, Step, Task, Terms, UnknownTask};
-use mujoco_rs::prelude::{MjModel, MjtJoint};
-use sha2::{Digest as _, Sha256};
+use crate::task::{Channel, Rng, Spec, Step, Task, Terms, UnknownTask};
+use mujoco_rs::error::MjModelError;
+use mujoco_rs::prelude::{MjModel, MjtDisableBit};
+use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{fs, sync::Arc};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tpg_runtime::Action;
 
 /// One element of the observation; without a clip in the file, `clip` is infinite.
 #[derive(Debug)]
 struct Input {
-    source: Source,
+    value: Value,
     clip: f64,
 }
 
-/// A task that a file describes.
 #[derive(Debug)]
-struct Custom {
+enum Value {
+    Source(Source),
+    Expression(Box<Expression>),
+}
+
+/// A robot that a file describes.
+#[derive(Debug)]
+pub struct Robot {
     spec: Spec,
     sim: Sim,
     /// Seconds of one control step.
     period: f64,
+    /// Control steps for each decision.
+    repeat: u32,
     inputs: Vec<Input>,
-    drives: Vec<Drive>,
+    drives: Drives,
     rewards: Vec<Reward>,
     terminations: Vec<Termination>,
-    /// Coordinates that the initial noise moves: all but those of orientations.
-    noisy: Vec<usize>,
-    position_noise: f64,
-    velocity_noise: f64,
+    start: Start,
+    goals: Vec<f64>,
+    /// Whether anything reads the contact forces, which MuJoCo computes only when it is asked to.
+    contact_forces: bool,
 }
 
 /// Makes the task that a TOML file describes; names of built-in tasks are taken.
@@ -48,31 +63,26 @@ pub(in crate::task) fn load(path: &Path, taken: &[&str]) -> Result<Box<dyn Task>
         let why = format!("name = {:?}: a built-in task has it", description.name);
         return Err(bad(path, why));
     }
-    let model = compile(|| MjModel::from_xml(&model_path)).map_err(|why| bad(&model_path, why))?;
-    let task = Custom::new(&description, model).map_err(|why| bad(path, why))?;
+    let mut key = format!("{}{:?}", model_path.display(), description.leave_out);
+    for (name, digest) in sources(path)? {
+        key += &format!("{name}{digest:02x?}");
+    }
+    let compiled = || compile(|| prepared(&description, || MjModel::from_xml(&model_path)));
+    let model = shared(&key, false, compiled).map_err(|why| bad(&model_path, why))?;
+    sound::check(&model).map_err(|why| bad(&model_path, why))?;
+    let name = model_path.to_string_lossy();
+    let task = Robot::new(&description, model, &name).map_err(|why| bad(path, why))?;
     Ok(Box::new(task))
 }
 
-/// Hash over the file that describes a task and its model's file, the same wherever they lie.
-pub(in crate::task) fn digest(path: &Path) -> Result<String, UnknownTask> {
-    let (_, model_path) = read(path)?;
-    let mut hasher = Sha256::new();
-    for file in [path, &model_path] {
-        let bytes = fs::read(file).map_err(|error| unreadable(file, &error))?;
-        hasher.update((bytes.len() as u64).to_le_bytes());
-        hasher.update(bytes);
-    }
-    Ok(hasher
-        .finalize()
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect())
-}
-
 /// Reads a description; its model lies beside it.
-fn read(path: &Path) -> Result<(Description, PathBuf), UnknownTask> {
+pub(super) fn read(path: &Path) -> Result<(Description, PathBuf), UnknownTask> {
     let text = fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
-    let description = Description::read(&text).map_err(|why| UnknownTask::BadFile {
+    let load = |name: &str| {
+        let path = path.with_file_name(name);
+        fs::read_to_string(&path).map_err(|error| format!("cannot be read: {error}"))
+    };
+    let description = Description::read(&text, &load).map_err(|why| UnknownTask::BadFile {
         path: path.to_owned(),
         why,
     })?;
@@ -82,167 +92,337 @@ fn read(path: &Path) -> Result<(Description, PathBuf), UnknownTask> {
     Ok((description, model_path))
 }
 
-fn unreadable(path: &Path, error: &std::io::Error) -> UnknownTask {
+pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> UnknownTask {
     UnknownTask::BadFile {
         path: path.to_owned(),
         why: format!("cannot be read: {error}"),
     }
 }
 
-impl Custom {
-    fn new(description: &Description, model: Arc<MjModel>) -> Result<Self, String> {
-        let inputs = description.observation.iter().map(|o| {
-            let source = Source::find(&o.source, &model)?;
-            let clip = o.clip.unwrap_or(f64::INFINITY);
-            Ok::<_, String>(Input { source, clip })
-        });
-        let inputs: Vec<Input> = inputs.collect::<Result<_, _>>()?;
-        let (drives, outputs) = drives(&description.actuator, &model)?;
-        let rewards = description.reward.iter().map(|r| Reward::new(r, &model));
+/// Compiles a model and tells MuJoCo what it need not compute.
+fn prepared(
+    description: &Description,
+    read: impl FnOnce() -> Result<MjModel, MjModelError>,
+) -> Result<MjModel, MjModelError> {
+    let mut model = read()?;
+    for part in &description.leave_out {
+        model.opt_mut().disableflags |= match part {
+            Part::Contacts => MjtDisableBit::mjDSBL_CONTACT as i32,
+            Part::Islands => MjtDisableBit::mjDSBL_ISLAND as i32,
+            Part::Sensors => MjtDisableBit::mjDSBL_SENSOR as i32,
+        };
+    }
+    Ok(model)
+}
+
+/// The compiled models of this process that are in use, or are to be kept.
+type Models = BTreeMap<String, (Weak<MjModel>, Option<Arc<MjModel>>)>;
+
+/// The model of this key, compiled by the first who asks and shared by all who ask while one of them has it.
+fn shared(
+    key: &str,
+    keep: bool,
+    compile: impl FnOnce() -> Result<Arc<MjModel>, String>,
+) -> Result<Arc<MjModel>, String> {
+    static MODELS: Mutex<Models> = Mutex::new(BTreeMap::new());
+    let mut models = MODELS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(model) = models.get(key).and_then(|(model, _)| model.upgrade()) {
+        return Ok(model);
+    }
+    let model = compile()?;
+    models.retain(|_, (model, _)| model.strong_count() > 0);
+    let kept = keep.then(|| Arc::clone(&model));
+    models.insert(key.to_owned(), (Arc::downgrade(&model), kept));
+    Ok(model)
+}
+
+/// The elements of the observation, and what they are called.
+fn inputs(
+    description: &Description,
+    scope: Scope<'_>,
+) -> Result<(Vec<Input>, Vec<Channel>), String> {
+    let (mut inputs, mut channels) = (Vec::new(), Vec::<Channel>::new());
+    for observation in &description.observation {
+        let clip = observation.clip.unwrap_or(f64::INFINITY);
+        let (values, velocity, block) = match (&observation.source, &observation.expression) {
+            (Some(text), None) => {
+                let found = find(text, scope.model, scope.goals)?;
+                let block = found.block;
+                let values: Vec<Value> = found.sources.into_iter().map(Value::Source).collect();
+                (values, found.velocity, block)
+            }
+            (None, Some(text)) => {
+                let expression = scope.expression(text)?;
+                if expression.any(Measure::needs_step) {
+                    return Err(format!(
+                        "observation.expression = {text:?}: before, rate, outputs and alive mean nothing before the \
+                         first step"
+                    ));
+                }
+                let value = Value::Expression(Box::new(expression));
+                (vec![value], false, false)
+            }
+            _ => {
+                return Err(format!(
+                    "the observation {:?} needs either a source or an expression",
+                    observation.name
+                ));
+            }
+        };
+        for (k, value) in values.into_iter().enumerate() {
+            let name = if block {
+                format!("{}_{k}", observation.name)
+            } else {
+                observation.name.clone()
+            };
+            if channels.iter().any(|known| known.name == name) {
+                return Err(format!(
+                    "observation.name = {name:?}: two observations have this name; give each its own"
+                ));
+            }
+            inputs.push(Input { value, clip });
+            channels.push(Channel {
+                name,
+                unit: observation.unit.clone(),
+                velocity: observation.velocity.unwrap_or(velocity),
+            });
+        }
+    }
+    Ok((inputs, channels))
+}
+
+impl Robot {
+    fn new(description: &Description, model: Arc<MjModel>, name: &str) -> Result<Self, String> {
+        let goals: Vec<String> = description.goal.iter().map(|g| g.name.clone()).collect();
+        let scope = Scope {
+            model: &model,
+            goals: &goals,
+        };
+        let (inputs, channels) = inputs(description, scope)?;
+        let period = model.opt().timestep * f64::from(description.frame_skip);
+        let (drives, outputs, actions) = Drives::new(description, &model, period)?;
+        let rewards = description.reward.iter().map(|r| Reward::new(r, scope));
+        let rewards: Vec<Reward> = rewards.collect::<Result<_, _>>()?;
         let terminations = description.termination.iter();
-        let terminations = terminations.map(|t| Termination::new(t, &model));
-        let channels = description.observation.iter().zip(&inputs);
-        let channels = channels.map(|(o, input)| Channel {
-            name: o.name.clone(),
-            unit: o.unit.clone(),
-            velocity: o
-                .velocity
-                .unwrap_or(matches!(input.source, Source::Velocity(_))),
-        });
-        let (rewards, terminations) = (
-            rewards.collect::<Result<_, _>>()?,
-            terminations.collect::<Result<_, _>>()?,
-        );
-        let noisy = noisy(&model);
-        let mut sim = Sim::with_model(model, description.frame_skip)?;
-        sim.reset(|_| {});
-        let period = sim.period();
-        Ok(Self {
+        let terminations = terminations.map(|t| Termination::new(t, scope));
+        let terminations: Vec<Termination> = terminations.collect::<Result<_, _>>()?;
+        let start = Start::new(description, scope)?;
+        let reads = |test: &dyn Fn(&Measure) -> bool| {
+            let seen = inputs.iter().any(|input| match &input.value {
+                Value::Source(source) => test(&Measure::Value(*source)),
+                Value::Expression(expression) => expression.any(test),
+            });
+            seen || rewards.iter().any(|reward| reward.any(test))
+                || terminations.iter().any(|end| end.any(test))
+        };
+        let contact_forces = reads(&Measure::is_contact_force);
+        if description.leave_out.contains(&Part::Sensors) && reads(&Measure::is_sensor) {
+            return Err("leave-out names the sensors, but the file reads one".into());
+        }
+        let mut robot = Self {
             spec: Spec {
                 name: description.name.clone(),
-                inputs: channels.collect(),
+                inputs: channels,
                 outputs,
-                actions: ActionSpace::Continuous {
-                    len: u16::try_from(drives.len()).map_err(|_| "too many actuators")?,
-                    low: -1.0,
-                    high: 1.0,
-                },
+                actions,
                 max_steps: description.max_steps,
-                period_us: period_us(period, description.period_us)?,
+                period_us: period_us(period, description)?,
             },
-            sim,
+            sim: Sim::with_model(Arc::clone(&model), name, description.frame_skip),
             period,
+            repeat: description.action_repeat,
             inputs,
             drives,
             rewards,
             terminations,
-            noisy,
-            position_noise: description.reset.position_noise,
-            velocity_noise: description.reset.velocity_noise,
-        })
-    }
-}
-
-/// The control period in whole microseconds, which the file may state too.
-fn period_us(period: f64, stated: Option<u32>) -> Result<u32, String> {
-    /// Microseconds by which a product of decimal fractions may miss a whole number.
-    const SLACK: f64 = 1e-3;
-    let exact = period * 1e6;
-    let whole = exact.round();
-    if !((exact - whole).abs() <= SLACK && (1.0..=f64::from(u32::MAX)).contains(&whole)) {
-        return Err(format!(
-            "the control period, the model's timestep times frame-skip, is {period} s: it must be a whole number of \
-             microseconds"
-        ));
-    }
-    match stated {
-        Some(stated) if f64::from(stated).to_bits() != whole.to_bits() => Err(format!(
-            "period-us = {stated}: the model's timestep times frame-skip is {whole} microseconds"
-        )),
-        _ => Ok(whole as u32),
-    }
-}
-
-/// The coordinates of hinges and slides, and the places of free bodies.
-fn noisy(model: &MjModel) -> Vec<usize> {
-    let joints = model.jnt_type().iter().zip(model.jnt_qposadr());
-    let coordinates = joints.flat_map(|(kind, &start)| {
-        let count = match kind {
-            MjtJoint::mjJNT_FREE => 3,
-            MjtJoint::mjJNT_BALL => 0,
-            MjtJoint::mjJNT_SLIDE | MjtJoint::mjJNT_HINGE => 1,
+            start,
+            goals: vec![0.0; goals.len()],
+            contact_forces,
         };
-        start..start + count
-    });
-    coordinates
-        .filter_map(|index| usize::try_from(index).ok())
-        .collect()
-}
-
-impl Task for Custom {
-    fn spec(&self) -> &Spec {
-        &self.spec
+        if !(robot.start).reset(&mut robot.sim, &mut robot.goals, &mut Rng::new(0)) {
+            return Err(
+                "reset.redraw-until holds in none of 1000 draws: widen the ranges or the condition"
+                    .into(),
+            );
+        }
+        robot.sim.reset(|_| {});
+        Ok(robot)
     }
 
-    fn reset(&mut self, rng: &mut Rng) {
-        let (position, velocity) = (self.position_noise, self.velocity_noise);
-        let noisy = &self.noisy;
+    /// Starts an episode from these positions and velocities, in the order of the model's `qpos` and `qvel`.
+    ///
+    /// Of slices that are too short or too long only the common part is set. Goals stay as they are.
+    pub fn set_state(&mut self, positions: &[f64], velocities: &[f64]) {
         self.sim.reset(|data| {
-            for &index in noisy {
-                if let Some(q) = data.qpos_mut().get_mut(index) {
-                    *q += rng.uniform(-position, position);
+            let set = |slots: &mut [f64], values: &[f64]| {
+                for (slot, value) in slots.iter_mut().zip(values) {
+                    *slot = *value;
                 }
-            }
-            for v in data.qvel_mut() {
-                *v += rng.uniform(-velocity, velocity);
-            }
+            };
+            set(data.qpos_mut(), positions);
+            set(data.qvel_mut(), velocities);
         });
     }
 
-    fn observe(&self, observation: &mut [f32]) {
-        for (out, input) in observation.iter_mut().zip(&self.inputs) {
-            let value = input.source.read(&self.sim.data);
-            *out = round(value.clamp(-input.clip, input.clip));
+    /// Makes a robot of a description and the text of its model, which is compiled once and then shared.
+    pub(super) fn with_text(description: &Description, text: &str) -> Result<Self, String> {
+        let key = format!("{}{:?}", description.model, description.leave_out);
+        let model = shared(&key, true, || {
+            compile(|| prepared(description, || MjModel::from_xml_string(text)))
+        })?;
+        Self::new(description, model, &description.model)
+    }
+
+    /// The compiled model.
+    #[cfg(test)]
+    pub(super) fn model(&self) -> Arc<MjModel> {
+        self.sim.data.model_clone()
+    }
+
+    /// The positions now, in the order of the model.
+    #[cfg(test)]
+    pub(super) fn positions(&self) -> &[f64] {
+        self.sim.data.qpos()
+    }
+
+    /// What is measured between two steps.
+    fn now(&self) -> Now<'_> {
+        Now {
+            period: self.period,
+            ..Now::at(Moment {
+                data: &self.sim.data,
+                goals: &self.goals,
+            })
         }
     }
 
-    fn step(&mut self, action: Action<'_>) -> Step {
-        let values = match action {
-            Action::Continuous(values) => values,
-            Action::Discrete(_) => &[],
+    /// One control step.
+    fn advance(&mut self, action: Action<'_>) -> Step {
+        let Self {
+            sim,
+            goals,
+            period,
+            rewards,
+            terminations,
+            drives,
+            ..
+        } = self;
+        let moment = Moment {
+            data: &sim.data,
+            goals,
         };
-        for reward in &mut self.rewards {
-            reward.begin(&self.sim.data);
+        let before = Now::at(moment);
+        for reward in rewards.iter_mut() {
+            reward.begin(before);
         }
-        let controls = self.sim.data.ctrl_mut();
-        let mut norm = 0.0;
-        for (k, drive) in self.drives.iter().enumerate() {
-            let value = values.get(k).copied().unwrap_or(0.0);
-            norm += value * value;
-            if let Some(control) = controls.get_mut(drive.control) {
-                *control = drive.middle + drive.half * f64::from(value);
-            }
+        for termination in terminations.iter_mut() {
+            termination.begin(before);
         }
-        if !self.sim.run() {
+        let effort: Effort = drives.set(action, sim.data.ctrl_mut());
+        if !sim.run() {
             return UNSTABLE;
         }
-        let data = &self.sim.data;
-        let (mut reward, mut terms) = (0.0, Terms::default());
-        for term in &self.rewards {
-            let value = term.value(data, self.period, norm);
+        if self.contact_forces {
+            sim.data.rne_post_constraint();
+        }
+        let moment = Moment {
+            data: &sim.data,
+            goals,
+        };
+        let mut now = Now {
+            moment,
+            effort,
+            period: *period,
+            alive: true,
+        };
+        let terminated = terminations.iter().any(|end| end.reached(now));
+        now.alive = !terminated;
+        // The zero that changes no number when it is added to it.
+        let (mut reward, mut terms) = (-0.0, Terms::default());
+        for term in rewards.iter() {
+            let value = term.value(now);
             reward += value;
             term.attribute(value, &mut terms);
         }
         // An infinite reward would make every mean meaningless.
         if !reward.is_finite() {
+            sim.fail_reward();
             return UNSTABLE;
         }
         Step {
             reward,
             terms,
-            terminated: self.terminations.iter().any(|t| t.reached(data)),
+            terminated,
             unstable: false,
         }
+    }
+}
+
+/// The time between two decisions in whole microseconds, which the file may state too.
+fn period_us(period: f64, description: &Description) -> Result<u32, String> {
+    /// Microseconds by which a product of decimal fractions may miss a whole number.
+    const SLACK: f64 = 1e-3;
+    let repeat = description.action_repeat;
+    let exact = period * f64::from(repeat) * 1e6;
+    let whole = exact.round();
+    let product = if repeat == 1 {
+        "the model's timestep times frame-skip"
+    } else {
+        "the model's timestep times frame-skip times action-repeat"
+    };
+    if !((exact - whole).abs() <= SLACK && (1.0..=f64::from(u32::MAX)).contains(&whole)) {
+        return Err(format!(
+            "the control period, {product}, is {exact} microseconds: it must be a whole number of them"
+        ));
+    }
+    match description.period_us {
+        Some(stated) if f64::from(stated).to_bits() != whole.to_bits() => Err(format!(
+            "period-us = {stated}: {product} is {whole} microseconds"
+        )),
+        _ => Ok(whole as u32),
+    }
+}
+
+impl Task for Robot {
+    fn spec(&self) -> &Spec {
+        &self.spec
+    }
+
+    fn reset(&mut self, rng: &mut Rng) {
+        self.start.reset(&mut self.sim, &mut self.goals, rng);
+    }
+
+    fn observe(&self, observation: &mut [f32]) {
+        let now = self.now();
+        for (out, input) in observation.iter_mut().zip(&self.inputs) {
+            let value = match &input.value {
+                Value::Source(source) => source.read(now.moment),
+                Value::Expression(expression) => expression.value(now),
+            };
+            *out = round(value.clamp(-input.clip, input.clip));
+        }
+    }
+
+    fn step(&mut self, action: Action<'_>) -> Step {
+        let mut step = self.advance(action);
+        for _ in 1..self.repeat {
+            if step.terminated {
+                break;
+            }
+            let next = self.advance(action);
+            if next.unstable {
+                return next;
+            }
+            step.reward += next.reward;
+            step.terms.alive += next.terms.alive;
+            step.terms.control += next.terms.control;
+            step.terminated = next.terminated;
+        }
+        step
+    }
+
+    fn instability(&self) -> Option<String> {
+        self.sim.instability()
     }
 }
 
@@ -286,9 +466,18 @@ mod tests {
         reset = { position-noise = 0.001, velocity-noise = 0.002 }
     "#;
 
-    fn task() -> Custom {
+    fn no_file(name: &str) -> Result<String, String> {
+        Err(format!("no {name}"))
+    }
+
+    fn task() -> Robot {
         let model = compile(|| MjModel::from_xml_string(MODEL)).unwrap();
-        Custom::new(&Description::read(TASK).unwrap(), model).unwrap()
+        Robot::new(
+            &Description::read(TASK, &no_file).unwrap(),
+            model,
+            "mass.xml",
+        )
+        .unwrap()
     }
 
     #[test]
@@ -323,7 +512,7 @@ mod tests {
 
     #[test]
     fn a_reused_task_and_a_fresh_one_give_the_same_bits() {
-        let run = |task: &mut Custom| {
+        let run = |task: &mut Robot| {
             task.reset(&mut Rng::new(3));
             let reward = task.step(Action::Continuous(&[-0.3])).reward;
             (reward.to_bits(), task.sim.data.qpos()[0].to_bits())
@@ -359,19 +548,34 @@ mod tests {
         let mut task = task();
         task.sim.data.qvel_mut()[0] = 1e12;
         assert_eq!(task.step(Action::Continuous(&[0.0])), UNSTABLE);
+        assert_eq!(
+            task.instability().as_deref(),
+            Some("BADQVEL at DOF 0 (joint \"slide\"), step 1")
+        );
         task.reset(&mut Rng::new(1));
+        assert_eq!(task.instability(), None);
         task.rewards.push(
             Reward::new(
                 &description::Reward {
-                    kind: RewardKind::Linear,
-                    weight: f64::MAX,
+                    kind: Some(RewardKind::Linear),
+                    expression: None,
+                    weight: Some(f64::MAX),
                     source: Some("qpos:slide".into()),
                     target: Some(f64::MAX),
+                    precision: description::Precision::F64,
+                    counts_as: None,
                 },
-                task.sim.data.model(),
+                Scope {
+                    model: task.sim.data.model(),
+                    goals: &[],
+                },
             )
             .unwrap(),
         );
         assert_eq!(task.step(Action::Continuous(&[0.0])), UNSTABLE);
+        assert_eq!(
+            task.instability().as_deref(),
+            Some("the reward is not finite, step 1")
+        );
     }
 }

@@ -1,0 +1,63 @@
+//! The first generation.
+
+use std::sync::Arc;
+
+use super::genome::random_constants;
+use super::linear::linear_team;
+use super::{
+    Action, EvolutionParams, Genes, Initial, Population, Program, ResetRule, SizeRange, Team,
+};
+use tpg_tasks::task::Rng;
+
+impl Population {
+    /// A first generation of random roots. Each has atomic programs of its own. With a linear [`Initial`] the first root is a
+    /// linear policy.
+    #[must_use]
+    pub fn random(genes: &Genes, params: &EvolutionParams, rng: &mut Rng) -> Self {
+        let mut population = Population::default();
+        if params.initial != Initial::Random {
+            let linear = linear_team(&mut population, genes, params.initial, rng);
+            population.roots.push(linear);
+        }
+        while population.roots.len() < params.population as usize {
+            let owned = genes.shape.separate_outputs();
+            let size = initial_size(params.team.size, rng).max(usize::from(owned));
+            // Where outputs have programs of their own, the first programs go to one output each.
+            let actions = (0..owned).map(Some).chain(std::iter::repeat(None));
+            let members = actions
+                .take(size)
+                .map(|owned| {
+                    let len = initial_size(params.program.size, rng);
+                    let mut program = Program::random(genes, len, rng);
+                    if let Some(output) = owned {
+                        program.action = Action::Atomic(output);
+                    }
+                    population.add_program(program)
+                })
+                .collect();
+            let root = population.add_team(Team {
+                members,
+                memory: random_memory(genes, rng),
+                stream_key: rng.word() as u32,
+                reset_rule: genes.reset_rules.then(|| ResetRule::random(rng)),
+            });
+            population.roots.push(root);
+        }
+        population
+    }
+}
+
+fn initial_size(range: SizeRange, rng: &mut Rng) -> usize {
+    let choices = u64::from(range.initial_max.saturating_sub(range.initial_min)) + 1;
+    range.initial_min as usize + rng.below(choices) as usize
+}
+
+/// Initial constants of a team's memory; none for a run without such memory.
+fn random_memory(genes: &Genes, rng: &mut Rng) -> Arc<[f32]> {
+    let len = if genes.team_memory {
+        genes.shape.team_constants()
+    } else {
+        0
+    };
+    random_constants(genes, len, rng)
+}
