@@ -3,8 +3,8 @@
 //! A formula is compiled once to a list of operations on a stack; working it out allocates nothing. Functions are those of
 //! the C library, as in MuJoCo and NumPy, and each operation rounds once, in the order in which the formula is written.
 
-use std::cmp::Ordering;
 use super::measure::{Measure, Now};
+use std::cmp::Ordering;
 
 /// The most values that a formula may need at once.
 const STACK: usize = 32;
@@ -167,8 +167,12 @@ const AND: Rank = &[("&&", |a, b| truth(a != 0.0 && b != 0.0))];
 const COMPARISON: Rank = &[
     ("<=", |a, b| truth(a <= b)),
     (">=", |a, b| truth(a >= b)),
-    ("==", |a, b| truth(a.partial_cmp(&b).is_some_and(Ordering::is_eq))),
-    ("!=", |a, b| truth(a.partial_cmp(&b).is_some_and(Ordering::is_ne))),
+    ("==", |a, b| {
+        truth(a.partial_cmp(&b).is_some_and(Ordering::is_eq))
+    }),
+    ("!=", |a, b| {
+        truth(a.partial_cmp(&b).is_some_and(Ordering::is_ne))
+    }),
     ("<", |a, b| truth(a < b)),
     (">", |a, b| truth(a > b)),
 ];
