@@ -11,7 +11,7 @@ const ALLOWED: &[(&str, &str)] = &[
     ("runtime/c-api/src/math.rs", "names that C links to"),
     ("runtime/c-api/src/status.rs", "names that C links to"),
     (
-        "trainer/tasks/src/task/mujoco/custom/source.rs",
+        "trainer/tasks/src/task/mujoco/custom/names.rs",
         "MuJoCo's table of names",
     ),
     (
