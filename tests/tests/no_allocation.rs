@@ -36,7 +36,7 @@ static ALLOCATOR: Counting = Counting;
 fn episode(task: &mut dyn Task, observation: &mut [f32], seed: u64) {
     task.reset(&mut Rng::new(seed));
     for t in 0..50u16 {
-        let values = [f32::from(t % 5) / 2.0 - 1.0; 8];
+        let values = [f32::from(t % 5) / 2.0 - 1.0; 17];
         let action = match task.spec().actions {
             ActionSpace::Discrete(count) => Action::Discrete(t % count),
             ActionSpace::Continuous { len, .. } => Action::Continuous(&values[..usize::from(len)]),

@@ -26,6 +26,8 @@ mod sound;
 mod source;
 mod start;
 mod terms;
+#[cfg(test)]
+mod tests;
 
 pub(in crate::task) use files::{digest, sources};
 pub use plant::Robot;
