@@ -10,6 +10,9 @@ The golden subset was written by:
   parity.py tests/golden/parity 320 80 cartpole-v1 inverted-double-pendulum-v{4,5} hopper-v{4,5} pendulum-v1
   parity.py tests/golden/parity 160 40 half-cheetah-v{4,5}
   parity.py tests/golden/parity 320 160 acrobot-v1
+  parity.py tests/golden/parity 160 40 inverted-pendulum-v{4,5} walker2d-v{4,5} swimmer-v{4,5} reacher-v{4,5} pusher-v5 ant-v4
+  parity.py tests/golden/parity 60 30 ant-v5
+  parity.py tests/golden/parity 24 12 humanoid-v{4,5} humanoid-standup-v{4,5}
 """
 
 import json
@@ -32,17 +35,24 @@ def short(values):
 
 
 def robot(name, seed, limit):
-    """One episode under actions drawn past the range and clipped, so that the limits occur."""
+    """One episode under actions drawn past the range and clipped, so that the limits occur.
+
+    The trajectory holds the policy's outputs, each within -1 and 1; the action is the output times the actuator's range,
+    in f32 as in Gymnasium's action spaces where that is exact, else in f64 as MuJoCo's controls are.
+    """
     env = gymnasium.make(name).unwrapped
     observation, _ = env.reset(seed=seed)
     rng = np.random.default_rng(seed)
     data = env.data
+    scale = env.model.actuator_ctrlrange[:, 1]
+    exact = all(np.log2(scale) % 1 == 0)
     line = {"seed": seed, "qpos": data.qpos.tolist(), "qvel": data.qvel.tolist(), "start": short(observation)}
     line |= {"actions": [], "observations": [], "rewards": [], "terminated": []}
     for _ in range(limit):
-        action = rng.uniform(-1.2, 1.2, env.model.nu).astype(np.float32).clip(-1, 1)
-        observation, reward, terminated, _, _ = env.step(action)
-        line["actions"].append(short(action))
+        output = rng.uniform(-1.2, 1.2, env.model.nu).astype(np.float32).clip(-1, 1)
+        action = scale * output.astype(np.float64)
+        observation, reward, terminated, _, _ = env.step(action.astype(np.float32) if exact else action)
+        line["actions"].append(short(output))
         line["observations"].append(short(observation))
         line["rewards"].append(float(reward))
         line["terminated"].append(bool(terminated))
@@ -108,6 +118,21 @@ TASKS = {
     "hopper-v5": (robot, "Hopper-v5"),
     "half-cheetah-v4": (robot, "HalfCheetah-v4"),
     "half-cheetah-v5": (robot, "HalfCheetah-v5"),
+    "inverted-pendulum-v4": (robot, "InvertedPendulum-v4"),
+    "inverted-pendulum-v5": (robot, "InvertedPendulum-v5"),
+    "walker2d-v4": (robot, "Walker2d-v4"),
+    "walker2d-v5": (robot, "Walker2d-v5"),
+    "swimmer-v4": (robot, "Swimmer-v4"),
+    "swimmer-v5": (robot, "Swimmer-v5"),
+    "reacher-v4": (robot, "Reacher-v4"),
+    "reacher-v5": (robot, "Reacher-v5"),
+    "pusher-v5": (robot, "Pusher-v5"),
+    "ant-v4": (robot, "Ant-v4"),
+    "ant-v5": (robot, "Ant-v5"),
+    "humanoid-v4": (robot, "Humanoid-v4"),
+    "humanoid-v5": (robot, "Humanoid-v5"),
+    "humanoid-standup-v4": (robot, "HumanoidStandup-v4"),
+    "humanoid-standup-v5": (robot, "HumanoidStandup-v5"),
 }
 
 

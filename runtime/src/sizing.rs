@@ -117,11 +117,20 @@ impl Capacities {
         }
     }
 
+    /// Checks that an agent of these capacities fits into `available`.
+    pub(crate) const fn check(&self, available: &Self) -> Result<(), CapacityError> {
+        match self.excess_over(available) {
+            None => Ok(()),
+            Some((resource, needed, available)) => Err(CapacityError {
+                resource,
+                needed,
+                available,
+            }),
+        }
+    }
+
     /// The first resource of which more is needed than there is, or the width if it differs: name, needed, available.
-    pub(crate) const fn excess_over(
-        &self,
-        available: &Self,
-    ) -> Option<(&'static str, usize, usize)> {
+    const fn excess_over(&self, available: &Self) -> Option<(&'static str, usize, usize)> {
         if self.width != available.width {
             Some(("width", self.width, available.width))
         } else if self.words > available.words {

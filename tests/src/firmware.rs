@@ -2,62 +2,29 @@
 
 use std::env;
 use std::fs;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use tpg_board::pack;
+use tpg_tools::footprint::{self, Emulation, boards};
 
 /// Set this environment variable to `1` where a missing emulator, target or memory checker must be a failure, not a skipped test.
 pub const REQUIRED: &str = "TPG_REQUIRE_QEMU";
 /// After this long an emulator is taken to hang.
 const WATCHDOG: Duration = Duration::from_secs(600);
 
-/// A board that QEMU emulates and that has a package in `firmware-examples/`.
+/// A board that has a package in `firmware-examples/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Board {
-    /// Name of the package's folder.
-    pub name: &'static str,
-    /// The compiler's target.
-    pub target: &'static str,
-    /// The emulator with the board's options.
-    pub emulator: &'static [&'static str],
-    /// Address of memory that holds nothing of the program.
-    pub spare: u32,
-}
-
-/// Cortex-M3, no floating-point unit.
-pub const M3: Board = Board {
-    name: "mps2-an385",
-    target: "thumbv7m-none-eabi",
-    emulator: &["qemu-system-arm", "-machine", "mps2-an385"],
-    spare: 0x2100_0000,
-};
+pub struct Board(&'static footprint::Board);
 
 /// Cortex-M4F, single-precision floating-point unit.
-pub const M4F: Board = Board {
-    name: "mps2-an386",
-    target: "thumbv7em-none-eabihf",
-    emulator: &["qemu-system-arm", "-machine", "mps2-an386"],
-    spare: 0x2100_0000,
-};
+pub static M4F: LazyLock<Board> = LazyLock::new(|| Board::named("mps2-an386"));
 
 /// 32-bit RISC-V without floating-point unit and atomics.
-pub const RISCV: Board = Board {
-    name: "riscv-virt",
-    target: "riscv32imc-unknown-none-elf",
-    emulator: &["qemu-system-riscv32", "-machine", "virt", "-bios", "none"],
-    spare: 0x8100_0000,
-};
-
-/// A board that one can buy; it is built, but nothing emulates it.
-pub const NUCLEO: Board = Board {
-    name: "nucleo-f446re",
-    target: "thumbv7em-none-eabihf",
-    emulator: &["qemu-system-arm"],
-    spare: 0,
-};
+pub static RISCV: LazyLock<Board> = LazyLock::new(|| Board::named("riscv-virt"));
 
 /// Root of the repository.
 #[must_use]
@@ -133,17 +100,48 @@ pub fn build_c(policy: &Path) -> PathBuf {
 }
 
 impl Board {
+    /// Every board.
+    pub fn all() -> impl Iterator<Item = Board> {
+        boards().iter().map(Board)
+    }
+
+    /// The boards that QEMU emulates.
+    pub fn emulated() -> impl Iterator<Item = Board> {
+        Self::all().filter(|board| board.0.emulation.is_some())
+    }
+
+    /// The board of that name.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[must_use]
+    pub fn named(name: &str) -> Board {
+        let found = Self::all().find(|board| board.name == name);
+        found.unwrap_or_else(|| panic!("no board {name} in firmware-examples/boards.toml"))
+    }
+
+    /// How the board is emulated.
+    ///
+    /// # Panics
+    /// If nothing emulates it.
+    #[must_use]
+    pub fn emulation(&self) -> &'static Emulation {
+        let emulation = self.0.emulation.as_ref();
+        emulation.unwrap_or_else(|| panic!("nothing emulates {}", self.name))
+    }
+
     /// Whether the board's emulator and compiler are here; says why not.
     ///
     /// # Panics
     /// If they are not and the environment says that they must be, by [`REQUIRED`].
     #[must_use]
     pub fn is_available(&self) -> bool {
-        let emulator = self.emulator[0];
+        let emulator = self.0.emulation.as_ref().map(|e| e.command[0].as_str());
+        let missing = emulator.filter(|emulator| !runs(emulator, &["--version"]));
         let cargo_for = repository().join("scripts/cargo-for");
-        let reason = if !runs(emulator, &["--version"]) {
+        let reason = if let Some(emulator) = missing {
             format!("{emulator} is missing: apt-get install qemu-system-arm qemu-system-misc")
-        } else if !runs(&cargo_for.to_string_lossy(), &["--check", self.target]) {
+        } else if !runs(&cargo_for.to_string_lossy(), &["--check", &self.target]) {
             format!(
                 "no compiler for {0}: rustup target add {0}, or scripts/cross-toolchain .cross {0}",
                 self.target
@@ -151,7 +149,7 @@ impl Board {
         } else {
             return true;
         };
-        skip(self.name, &reason)
+        skip(&self.name, &reason)
     }
 
     /// Builds one of the board's programs with the champion of the examples and returns its file.
@@ -196,12 +194,12 @@ impl Board {
         // Builds for the same target share a folder: the second one waits, and must not replace the first's file.
         static BUILDING: Mutex<()> = Mutex::new(());
         let _one = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
-        let target_dir = repository().join("target/firmware").join(self.name);
+        let target_dir = repository().join("target/firmware").join(&self.name);
         let mut cargo = Command::new(repository().join("scripts/cargo-for"));
         cargo
-            .args([self.target, "build", "--quiet", "--bin", program])
+            .args([&self.target, "build", "--quiet", "--bin", program])
             .args(options)
-            .current_dir(repository().join("firmware-examples").join(self.name))
+            .current_dir(repository().join("firmware-examples").join(&self.name))
             .env("CARGO_TARGET_DIR", &target_dir)
             .envs(variables.iter().copied())
             .env_remove("RUSTFLAGS")
@@ -212,15 +210,16 @@ impl Board {
             "{program} does not build for {}",
             self.name
         );
-        target_dir.join(self.target).join(folder).join(program)
+        target_dir.join(&self.target).join(folder).join(program)
     }
 
     /// The emulator with a program, semihosting and no window, ready to be started.
     #[must_use]
     pub fn emulator(&self, program: &Path) -> Command {
-        let mut command = Command::new(self.emulator[0]);
+        let emulator = &self.emulation().command;
+        let mut command = Command::new(&emulator[0]);
         command
-            .args(&self.emulator[1..])
+            .args(&emulator[1..])
             .args(["-display", "none", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
             .arg(program)
@@ -266,11 +265,19 @@ impl Board {
     /// The option that loads a file into spare memory.
     #[must_use]
     pub fn load(&self, file: &Path) -> [String; 2] {
-        let (file, address) = (file.display(), self.spare);
+        let (file, address) = (file.display(), self.emulation().spare);
         [
             "-device".into(),
             format!("loader,file={file},addr={address:#x},force-raw=on"),
         ]
+    }
+}
+
+impl Deref for Board {
+    type Target = footprint::Board;
+
+    fn deref(&self) -> &Self::Target {
+        self.0
     }
 }
 

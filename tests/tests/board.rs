@@ -13,11 +13,8 @@ use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::Instruction;
 use tpg_runtime::{HostAgent, Policy};
-use tpg_tests::firmware::{self, Board, M3, M4F, NUCLEO, RISCV};
+use tpg_tests::firmware::{self, Board};
 use tpg_tests::{golden, graphs};
-
-/// Decisions of each policy: fewer where floats are computed in software.
-const DECISIONS: [(Board, u32); 3] = [(M4F, 10_000), (M3, 2_000), (RISCV, 2_000)];
 
 /// The champions that evolution made; `golden/champions/make` makes them again.
 fn champions() -> Vec<Vec<u8>> {
@@ -121,12 +118,13 @@ fn an_agent_of_any_width_computes_the_same() {
 #[test]
 fn boards_agree_with_the_host_in_every_bit() {
     let folder = tempfile::tempdir().expect("a folder");
-    for (board, decisions) in DECISIONS {
+    for board in Board::emulated() {
         if !board.is_available() {
             continue;
         }
+        let decisions = board.emulation().test_decisions;
         let memory = firmware::pack(&policies(), decisions);
-        let file = folder.path().join(board.name);
+        let file = folder.path().join(&board.name);
         fs::write(&file, &memory).expect("written");
         let (status, printed) = board.run(&board.build("bits"), &board.load(&file));
         let expected = host_lines(&memory);
@@ -167,7 +165,7 @@ fn the_examples_selftest_is_golden_and_sees_a_difference() {
     let wrong = format!("{last}\n1000 0123456789abcdef\n");
     let error = selftest::check(&mut agent, &wrong).expect_err("another hash");
     assert!(error.to_string().contains("0123456789abcdef"), "{error}");
-    for (board, _) in DECISIONS {
+    for board in Board::emulated() {
         if !board.is_available() {
             continue;
         }
@@ -192,17 +190,43 @@ fn folder_with_golden(text: &str) -> tempfile::NamedTempFile {
 }
 
 #[test]
-fn the_nucleo_example_builds() {
-    if NUCLEO.is_available() {
-        for program in ["decide", "selftest", "serial"] {
-            assert!(NUCLEO.build(program).is_file());
+fn the_examples_build_for_boards_that_nothing_emulates() {
+    for board in Board::all().filter(|board| board.emulation.is_none()) {
+        if board.is_available() {
+            for program in ["decide", "selftest", "serial"] {
+                assert!(board.build(program).is_file());
+            }
+        }
+    }
+}
+
+/// `boards.toml` names each folder that is a board's package, and what it says of a board is what the folder says.
+#[test]
+fn the_table_of_boards_is_that_of_the_folders() {
+    let examples = firmware::repository().join("firmware-examples");
+    let entries = fs::read_dir(&examples).expect("a folder");
+    let packages = entries.map(|entry| entry.expect("an entry").path());
+    let boards: BTreeSet<String> = packages
+        .filter(|path| path.join("Cargo.toml").is_file() && !path.ends_with("common"))
+        .map(|path| path.file_name().expect("a name").display().to_string())
+        .collect();
+    let listed: BTreeSet<String> = Board::all().map(|board| board.name.clone()).collect();
+    assert_eq!(listed, boards, "boards.toml, and the folders beside it");
+    for board in Board::all() {
+        let settings = examples.join(&board.name).join(".cargo/config.toml");
+        let settings = fs::read_to_string(settings).expect("the settings of cargo");
+        let target = format!("target = \"{}\"", board.target);
+        assert!(settings.contains(&target), "{}: {target}", board.name);
+        if let Some(emulation) = &board.emulation {
+            let runner = format!("runner = \"{} ", emulation.command.join(" "));
+            assert!(settings.contains(&runner), "{}: {runner}", board.name);
         }
     }
 }
 
 #[test]
 fn the_examples_decide() {
-    for (board, _) in DECISIONS {
+    for board in Board::emulated() {
         if board.is_available() {
             let (status, printed) = board.run(&board.build("decide"), &[]);
             assert_eq!(status, Some(0), "{}: {printed}", board.name);

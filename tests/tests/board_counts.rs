@@ -32,7 +32,7 @@ fn instructions_take_so_many_of_the_processor_at_most() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("pack");
     fs::write(&file, firmware::pack(&policies, 0)).expect("written");
-    let mut options = vec!["-icount".into(), "shift=3".into()];
+    let mut options = M4F.emulation().count.clone();
     options.extend(M4F.load(&file));
     let (status, printed) = M4F.run(&M4F.build_fast("count"), &options);
     assert_eq!(status, Some(0), "{printed}");

@@ -299,7 +299,7 @@ fn the_command_that_training_shows_can_be_pasted() {
     let (_, command) = message.split_once("lower: ").expect("a command");
     let programs = command_path("tpg");
     let programs = programs.parent().expect("a folder").to_owned();
-    let pasted = std::process::Command::new("sh")
+    let pasted = std::process::Command::new("/bin/sh")
         .args(["-c", &format!("{} --episodes 1", command.trim_end())])
         .env("PATH", programs)
         .output()

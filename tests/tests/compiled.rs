@@ -10,7 +10,7 @@ mod script;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tpg_runtime::blob::RegisterMode;
 use tpg_runtime::isa::Op;
@@ -19,7 +19,7 @@ use tpg_tests::shapes::{ARITHMETIC, TRANSCENDENTAL, drifting_observations, typic
 use tpg_tests::{fixtures, golden, random, samples};
 use tpg_tools::export;
 
-use programs::{Compiled, run_c, run_rust};
+use programs::{Compiled, Toolchain, run_c, run_rust};
 use script::{Followed, follow, write_script};
 
 /// Random policies beside the golden ones.
@@ -48,6 +48,11 @@ fn policies() -> Vec<(String, Vec<u8>)> {
     for (name, draft) in samples::perceiving() {
         policies.push((format!("golden_{}", name.replace('-', "_")), draft.encode()));
     }
+    for path in champions() {
+        let name = path.file_stem().expect("a name").display().to_string();
+        let bytes = fs::read(&path).expect("a champion");
+        policies.push((format!("champion_{}", name.replace('-', "_")), bytes));
+    }
     for seed in 0..RANDOM {
         policies.push((format!("random_{seed}"), random::policy(seed).encode()));
     }
@@ -56,6 +61,20 @@ fn policies() -> Vec<(String, Vec<u8>)> {
         policies.push((format!("perceiving_{seed}"), draft.encode()));
     }
     policies
+}
+
+/// The committed champions.
+fn champions() -> Vec<PathBuf> {
+    let folders = ["../docs/champions", "golden/champions"];
+    let folders = folders.map(|folder| Path::new(env!("CARGO_MANIFEST_DIR")).join(folder));
+    let mut files: Vec<PathBuf> = (folders.iter())
+        .flat_map(|folder| fs::read_dir(folder).expect("a folder"))
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "tpg"))
+        .collect();
+    files.sort();
+    assert!(files.len() >= 10, "{files:?}");
+    files
 }
 
 #[test]
@@ -103,12 +122,15 @@ fn compiled_policies_decide_as_the_interpreter() {
     let rust = run_rust(&folder, &compiled, &script);
     assert_same("Rust", &blobs, &expected, &rust);
     // Any sound set of options gives the same bits; the second one lets the compiler fuse and vectorise what it may.
-    for options in [
-        &["-O2", "-ffp-contract=off"][..],
-        &["-std=gnu11", "-O3", "-march=native"],
-    ] {
-        let c = run_c(&folder, &compiled, &script, options);
-        assert_same(&format!("C with {options:?}"), &blobs, &expected, &c);
+    let toolchains: [Toolchain; 4] = [
+        ("cc", &["-std=c11", "-O2", "-ffp-contract=off"]),
+        ("cc", &["-std=gnu11", "-O3", "-march=native"]),
+        ("cc", &["-std=c99", "-O1", "-DTPG_NO_ASSEMBLY"]),
+        ("c++", &["-std=c++17", "-O1", "-x", "c++"]),
+    ];
+    for toolchain in toolchains {
+        let c = run_c(&folder, &compiled, &script, toolchain);
+        assert_same(&format!("C with {toolchain:?}"), &blobs, &expected, &c);
     }
     println!("{} policies, {} lines agree", blobs.len(), expected.len());
 }

@@ -231,7 +231,13 @@ mod robots {
 
     /// Replays whole episodes; returns how many steps ended one.
     fn replay(name: &str) -> usize {
-        let mut tally = Tally::default();
+        replay_within(name, 0)
+    }
+
+    /// The same where rewards may differ by so many units in the last place.
+    fn replay_within(name: &str, units: u64) -> usize {
+        let (mut tally, mut rewards) = (Tally::default(), Tally::default());
+        let mut furthest = 0;
         let mut ends = 0;
         for episode in episodes::<Vec<f32>>(name) {
             let seed = episode.seed;
@@ -246,9 +252,14 @@ mod robots {
             };
             for (t, action) in episode.actions[..steps].iter().enumerate() {
                 let step = task.step(Action::Continuous(action));
-                let mut compared = pairs(&observe(&task), &episode.observations[t]);
-                compared.push((step.reward, episode.rewards[t]));
-                tally.step(seed, t + 1, compared);
+                tally.step(
+                    seed,
+                    t + 1,
+                    pairs(&observe(&task), &episode.observations[t]),
+                );
+                rewards.step(seed, t + 1, [(step.reward, episode.rewards[t])]);
+                furthest =
+                    furthest.max(step.reward.to_bits().abs_diff(episode.rewards[t].to_bits()));
                 assert!(!step.unstable, "unstable, seed {seed}, step {t}");
                 assert_eq!(
                     step.terminated, episode.terminated[t],
@@ -258,15 +269,22 @@ mod robots {
             }
         }
         tally.print(name);
+        rewards.print(&format!("{name}, reward"));
         if EXACT {
-            assert_eq!(tally.differing, 0, "steps with a differing bit");
-        } else {
+            assert_eq!(tally.differing, 0, "{name}: steps with a differing bit");
             assert!(
-                tally.largest <= TOLERANCE_ELSEWHERE,
-                "{}{}",
-                tally.largest,
-                tally.where_largest
+                furthest <= units,
+                "{name}: {furthest} units in the last place"
             );
+        } else {
+            for tally in [tally, rewards] {
+                assert!(
+                    tally.largest <= TOLERANCE_ELSEWHERE,
+                    "{name}: {}{}",
+                    tally.largest,
+                    tally.where_largest
+                );
+            }
         }
         ends
     }
@@ -290,5 +308,55 @@ mod robots {
         let v4 = replay("half-cheetah-v4");
         let v5 = replay("half-cheetah-v5");
         assert_eq!((v4, v5), (0, 0));
+    }
+
+    #[test]
+    fn inverted_pendulum_is_gymnasiums() {
+        let (v4, v5) = (
+            replay("inverted-pendulum-v4"),
+            replay("inverted-pendulum-v5"),
+        );
+        assert!(v4 > 0 && v5 > 0, "the ends were not compared");
+    }
+
+    #[test]
+    fn walker_is_gymnasiums() {
+        let (v4, v5) = (replay("walker2d-v4"), replay("walker2d-v5"));
+        assert!(v4 > 0 && v5 > 0, "the ends were not compared");
+    }
+
+    #[test]
+    fn swimmer_is_gymnasiums() {
+        assert_eq!((replay("swimmer-v4"), replay("swimmer-v5")), (0, 0));
+    }
+
+    #[test]
+    fn reacher_is_gymnasiums() {
+        assert_eq!((replay("reacher-v4"), replay("reacher-v5")), (0, 0));
+    }
+
+    #[test]
+    fn pusher_is_gymnasiums() {
+        assert_eq!(replay("pusher-v5"), 0);
+    }
+
+    #[test]
+    fn ant_is_gymnasiums() {
+        replay("ant-v4");
+        replay("ant-v5");
+    }
+
+    #[test]
+    fn humanoid_is_gymnasiums() {
+        replay("humanoid-v4");
+        replay("humanoid-v5");
+    }
+
+    #[test]
+    fn humanoid_standup_is_gymnasiums() {
+        assert_eq!(
+            (replay("humanoid-standup-v4"), replay("humanoid-standup-v5")),
+            (0, 0)
+        );
     }
 }

@@ -10,8 +10,8 @@
 //! | `checkpoint` | everything that `--resume` needs |
 //! | `lock` | held by the process that trains, with its number in it |
 //!
-//! A power cut leaves the last checkpoint with everything that belongs to it: the log reaches the disk before the
-//! checkpoint that counts its rows. What comes after is made again by a resume, byte for byte.
+//! A power cut leaves the last checkpoint with everything that belongs to it: log and champions reach the disk before the
+//! checkpoint that counts them. What comes after is made again by a resume, byte for byte.
 
 mod error;
 mod lock;
@@ -27,18 +27,12 @@ use serde::{Deserialize, Serialize};
 use crate::config::{Config, differences};
 use crate::files;
 use crate::made_with::MadeWith;
-use crate::session::{
-    self, Budget, Checkpoint, CheckpointError, GenerationReport, Session, Snapshot, TaskFile,
-};
+use crate::session::{self, Budget, Checkpoint, GenerationReport, Session, Snapshot, TaskFile};
 
 pub use error::RunFolderError;
 use error::{malformed, read, unwritable};
 use lock::Lock;
 use log::Log;
-
-/// A checkpoint is written at the beginning, at the end, and in between not more often than this, beside the training that
-/// goes on.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(20);
 
 /// The form of the folder; raised when its files change their meaning.
 const FORMAT: u32 = 2;
@@ -52,7 +46,7 @@ const FILES: [&str; 5] = [
     "checkpoint",
 ];
 
-/// What of a run's history stays in its folder; everything unless said otherwise.
+/// What of a run's history stays in its folder, everything unless said otherwise, and how often it is made safe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Keep {
@@ -60,6 +54,8 @@ pub struct Keep {
     pub log_every: u64,
     /// Latest files that stay in `champions/`; 0 for all.
     pub champions: usize,
+    /// Seconds between two checkpoints; 0 for one after each generation. There is always one at the beginning and at the end.
+    pub checkpoint_every: u64,
 }
 
 impl Default for Keep {
@@ -67,6 +63,7 @@ impl Default for Keep {
         Keep {
             log_every: 1,
             champions: 0,
+            checkpoint_every: 20,
         }
     }
 }
@@ -102,10 +99,12 @@ pub struct RunFolder {
     log: Log,
     task_files: Vec<TaskFile>,
     last_champion: Option<u64>,
+    /// Champions that may not have reached the disk yet.
+    unsynced: Vec<PathBuf>,
     /// When a checkpoint was last begun, and of which generation it is.
     last_checkpoint: (Instant, u64),
     /// The thread that writes the last checkpoint, until it is known that it could.
-    writer: Option<JoinHandle<Result<(), CheckpointError>>>,
+    writer: Option<JoinHandle<Result<(), RunFolderError>>>,
     _lock: Lock,
 }
 
@@ -119,16 +118,13 @@ impl RunFolder {
     /// written.
     pub fn create(path: &Path, session: &Session, origin: Origin) -> Result<Self, RunFolderError> {
         let champions = path.join("champions");
-        fs::create_dir_all(path).map_err(unwritable(path))?;
+        files::create_folder_durably(path).map_err(unwritable(path))?;
+        if let Some(file) = foreign(path) {
+            return Err(RunFolderError::Foreign(file));
+        }
         let lock = Lock::take(path)?;
         if path.join("checkpoint").exists() {
             return Err(RunFolderError::HoldsRun(path.to_owned()));
-        }
-        let foreign = FILES.iter().find(|name| path.join(name).exists());
-        if let Some(name) = foreign
-            && !path.join("run.toml").exists()
-        {
-            return Err(RunFolderError::Foreign(path.join(name)));
         }
         let run = RunFile {
             preset: origin.preset,
@@ -158,6 +154,7 @@ impl RunFolder {
             log,
             task_files: task_files(session)?,
             last_champion: None,
+            unsynced: Vec::new(),
             last_checkpoint: (Instant::now(), 0),
             writer: None,
             _lock: lock,
@@ -166,7 +163,7 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// Opens the folder of a run to go on with it. Rows of the log behind the checkpoint are dropped.
+    /// Opens the folder of a run to go on with it. Rows and champions of generations behind the checkpoint are dropped.
     ///
     /// With `accept_changed_task` the run goes on although files of its task are no more what they were.
     ///
@@ -182,9 +179,9 @@ impl RunFolder {
         if !run_path.exists() && !checkpoint_path.exists() {
             return Err(RunFolderError::NoRun(path.to_owned()));
         }
-        let run: RunFile = from_toml(&run_path)?;
         let lock = Lock::take(path)?;
         if !checkpoint_path.exists() {
+            let run: RunFile = from_toml(&run_path)?;
             return Err(RunFolderError::NoCheckpoint {
                 path: path.to_owned(),
                 command: run.command,
@@ -195,6 +192,7 @@ impl RunFolder {
             task_files: before,
             log: mark,
         } = session::load(&checkpoint_path)?;
+        let run: RunFile = from_toml(&run_path)?;
         let differs = |path: &Path, what: String| RunFolderError::Differs {
             path: path.to_owned(),
             what,
@@ -222,10 +220,15 @@ impl RunFolder {
             log: Log::reopen(&path.join("log.csv"), mark)?,
             task_files: now,
             last_champion: session.champion().map(|(id, _)| id.0),
+            unsynced: Vec::new(),
             last_checkpoint: (Instant::now(), session.generation()),
             writer: None,
             _lock: lock,
         };
+        let champions = folder.champions();
+        fs::create_dir_all(&champions).map_err(unwritable(&champions))?;
+        folder.drop_champions_after(session.generation())?;
+        folder.thin_champions()?;
         if session.generation() > 0 {
             folder.write_champion(&session)?;
         }
@@ -258,21 +261,26 @@ impl RunFolder {
         }
         if self.last_champion != Some(report.champion) {
             let blob = session.export_champion()?;
-            let champions = self.path.join("champions");
-            let path = champions.join(format!("{:06}.tpg", report.generation));
-            // A resume makes these again, so no power cut can lose them for good.
+            let path = self.champions().join(file_name(report.generation));
+            // The next checkpoint makes sure that they are on the disk; those of later generations a resume makes again.
             files::replace(&path, &[&blob]).map_err(unwritable(&path))?;
+            self.unsynced.push(path);
             let path = self.champion();
             files::replace(&path, &[&blob]).map_err(unwritable(&path))?;
             self.last_champion = Some(report.champion);
-            self.thin_champions(&champions)?;
         }
-        if self.last_checkpoint.0.elapsed() >= CHECKPOINT_EVERY {
+        let every = Duration::from_secs(self.keep.checkpoint_every);
+        if self.last_checkpoint.0.elapsed() >= every {
             self.join_writer()?;
+            self.thin_champions()?;
             let mark = self.log.mark()?;
             let (snapshot, path) = (Snapshot::new(session), self.path.join("checkpoint"));
+            let (champions, unsynced) = (self.champions(), std::mem::take(&mut self.unsynced));
             let task_files = self.task_files.clone();
-            let write = move || snapshot.save(&path, task_files, mark);
+            let write = move || {
+                files::sync(&champions, &unsynced).map_err(unwritable(&champions))?;
+                Ok(snapshot.save(&path, task_files, mark)?)
+            };
             self.writer = Some(std::thread::spawn(write));
             self.last_checkpoint = (Instant::now(), session.generation());
         }
@@ -288,10 +296,15 @@ impl RunFolder {
         if session.generation() > 0 {
             self.write_champion(session)?;
         }
-        match self.last_checkpoint.1 == session.generation() {
-            true => Ok(()),
-            false => self.checkpoint(session),
+        if self.last_checkpoint.1 != session.generation() {
+            self.checkpoint(session)?;
         }
+        self.thin_champions()
+    }
+
+    /// The folder of the champions so far.
+    fn champions(&self) -> PathBuf {
+        self.path.join("champions")
     }
 
     fn write_champion(&self, session: &Session) -> Result<(), RunFolderError> {
@@ -301,6 +314,9 @@ impl RunFolder {
     /// Writes a checkpoint and waits for it.
     fn checkpoint(&mut self, session: &Session) -> Result<(), RunFolderError> {
         let mark = self.log.mark()?;
+        let champions = self.champions();
+        files::sync(&champions, &self.unsynced).map_err(unwritable(&champions))?;
+        self.unsynced.clear();
         let path = self.path.join("checkpoint");
         Snapshot::new(session).save(&path, self.task_files.clone(), mark)?;
         self.last_checkpoint = (Instant::now(), session.generation());
@@ -311,32 +327,72 @@ impl RunFolder {
     fn join_writer(&mut self) -> Result<(), RunFolderError> {
         match self.writer.take().map(JoinHandle::join) {
             Some(Err(panic)) => std::panic::resume_unwind(panic),
-            Some(Ok(written)) => Ok(written?),
+            Some(Ok(written)) => written,
             None => Ok(()),
         }
     }
 
-    /// Removes the oldest of the champions that are not to stay.
-    fn thin_champions(&self, folder: &Path) -> Result<(), RunFolderError> {
+    /// Removes the oldest of the champions that are not to stay. Those that the last checkpoint counts give way only to others that
+    /// it counts: a run that goes on from it makes later ones again.
+    fn thin_champions(&self) -> Result<(), RunFolderError> {
         if self.keep.champions == 0 {
             return Ok(());
         }
-        let entries = fs::read_dir(folder).map_err(unwritable(folder))?;
-        let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-        files.sort();
-        let surplus = files.len().saturating_sub(self.keep.champions);
-        for file in &files[..surplus] {
-            fs::remove_file(file).map_err(unwritable(file))?;
-        }
-        Ok(())
+        let mut champions = self.numbered_champions()?;
+        champions.retain(|(generation, _)| *generation <= self.last_checkpoint.1);
+        champions.sort();
+        let surplus = champions.len().saturating_sub(self.keep.champions);
+        remove(champions.into_iter().take(surplus))
     }
+
+    /// Removes champions of generations that a resume makes again.
+    fn drop_champions_after(&self, generation: u64) -> Result<(), RunFolderError> {
+        let champions = self.numbered_champions()?.into_iter();
+        remove(champions.filter(|(number, _)| *number > generation))
+    }
+
+    /// Every champion with its generation, in no order.
+    fn numbered_champions(&self) -> Result<Vec<(u64, PathBuf)>, RunFolderError> {
+        let folder = self.champions();
+        let entries = fs::read_dir(&folder).map_err(unwritable(&folder))?;
+        let numbered = entries.flatten().filter_map(|entry| {
+            let path = entry.path();
+            let generation = path.file_stem()?.to_str()?.parse().ok()?;
+            Some((generation, path))
+        });
+        Ok(numbered.collect())
+    }
+}
+
+/// Name of a generation's champion in `champions/`.
+fn file_name(generation: u64) -> String {
+    format!("{generation:06}.tpg")
+}
+
+fn remove(mut champions: impl Iterator<Item = (u64, PathBuf)>) -> Result<(), RunFolderError> {
+    champions.try_for_each(|(_, path)| fs::remove_file(&path).map_err(unwritable(&path)))
+}
+
+/// A file with a name that a run uses, in a folder that is no run's.
+fn foreign(path: &Path) -> Option<PathBuf> {
+    let run = path.join("run.toml");
+    if run.exists() {
+        return from_toml::<RunFile>(&run).is_err().then_some(run);
+    }
+    let lock = path.join("lock");
+    if lock.exists() && !lock::is_ours(&lock) {
+        return Some(lock);
+    }
+    let mut files = FILES.iter().map(|name| path.join(name));
+    files.find(|file| file.exists())
 }
 
 /// The files that a session's task depends on, as they are now.
 fn task_files(session: &Session) -> Result<Vec<TaskFile>, RunFolderError> {
-    let task = &session.config().task;
-    let digest = tpg_tasks::task::identity(task).map_err(RunFolderError::Task)?;
-    Ok(vec![(task.clone(), digest)])
+    let sources = tpg_tasks::task::sources(&session.config().task);
+    let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let files = sources.map_err(RunFolderError::Task)?.into_iter();
+    Ok(files.map(|(name, digest)| (name, hex(digest))).collect())
 }
 
 /// The names of files that are new, changed or gone; `None` if all are as before.

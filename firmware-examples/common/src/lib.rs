@@ -9,16 +9,18 @@
 //! - [`ram`]: memory that stands in for flash on emulated boards.
 //! - `sim`: the same for tests on a host, with power cuts.
 //! - `mps2`, `virt`: the few registers of QEMU's boards that the examples touch, each behind a feature of its name.
-//! - `idle`: the panic handler, where there is no operating system.
+//! - `panic`: the panic handler, where there is no operating system.
+//!
+//! `measure`, `mps2`, `virt` and [`ram`] hold `unsafe` code: they read and write memory at fixed addresses.
 #![no_std]
 
-#[cfg(target_os = "none")]
-pub mod idle;
 #[cfg(target_os = "none")]
 pub mod measure;
 #[cfg(feature = "mps2")]
 pub mod mps2;
 pub mod pack;
+#[cfg(target_os = "none")]
+pub mod panic;
 pub mod ram;
 pub mod selftest;
 pub mod serial;

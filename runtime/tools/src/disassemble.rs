@@ -13,7 +13,7 @@ use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, TeamId};
 pub use graph::{dot, svg};
 pub use names::inputs_used;
 
-use names::Names;
+use names::{Names, output_name};
 
 /// Every team and program of a policy as text, in the notation of [`Op::notation`].
 #[must_use]
@@ -74,13 +74,6 @@ fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
             }
         }
     }
-}
-
-/// Number and name of an output that has programs of its own.
-fn output_name(policy: &Policy<'_>, output: u16) -> String {
-    let label = policy.outputs().nth(output.into());
-    let (name, _) = label.unwrap_or_default();
-    format!("output {output} ({name})")
 }
 
 fn notation(instruction: &Instruction, names: &Names<'_>) -> String {

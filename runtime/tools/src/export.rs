@@ -5,9 +5,13 @@
 //! [`tpg_runtime::math`]; C has the arithmetic inline and calls the runtime's library for everything transcendental.
 
 mod c;
+mod decision;
 mod plan;
+mod program;
+mod reset;
 mod rust;
 mod text;
+mod values;
 
 pub use c::{CSource, c};
 pub use rust::rust;

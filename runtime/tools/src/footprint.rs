@@ -3,9 +3,11 @@
 //! Instructions of the processor are counted by the emulator: they are neither cycles nor time.
 
 mod board;
+mod firmware;
 mod share;
 mod stack;
 
-pub use board::{BOARDS, Board, Firmware, FootprintError, Measured, Profile, Seen};
+pub use board::{Board, Emulation, boards};
+pub use firmware::{Firmware, FootprintError, Measured, Profile, Seen};
 pub use share::{ProgramShare, TeamShare, shares};
 pub use stack::StackError;

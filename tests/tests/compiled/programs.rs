@@ -136,6 +136,16 @@ fn write_if_new(path: &Path, text: &str) {
     fs::write(path, text).expect("a file");
 }
 
+/// What users may hold foreign code to.
+const WARNINGS: [&str; 6] = [
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wpedantic",
+    "-Wconversion",
+    "-Wshadow",
+];
+
 const C_MAIN: &str = r#"
 #include <stdint.h>
 #include <stdio.h>
@@ -165,8 +175,16 @@ static void print(const float *x, int n)
 }
 "#;
 
-/// Compiles all policies as C with these options, links them with the runtime's library, and returns what they print.
-pub fn run_c(folder: &Path, policies: &[Compiled], script: &str, options: &[&str]) -> String {
+/// A compiler with options, the first of which is the language.
+pub type Toolchain<'a> = (&'a str, &'a [&'a str]);
+
+/// Compiles all policies as C without a warning, links them with the runtime's library, and returns what they print.
+pub fn run_c(
+    folder: &Path,
+    policies: &[Compiled],
+    script: &str,
+    (compiler, options): Toolchain<'_>,
+) -> String {
     let sources = folder.join("c");
     fs::create_dir_all(&sources).expect("a folder");
     let (mut main, mut cases) = (String::new(), String::new());
@@ -189,24 +207,16 @@ pub fn run_c(folder: &Path, policies: &[Compiled], script: &str, options: &[&str
     );
     fs::write(sources.join("main.c"), main).expect("a source");
     let program = sources.join("program");
-    let mut cc = Command::new("cc");
-    // Random programs compute what nothing uses; exported ones do not.
-    cc.args([
-        "-std=c11",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-Wno-unused-but-set-variable",
-    ])
-    .args(options);
-    cc.args(&files)
+    let mut cc = Command::new(compiler);
+    cc.args(options).args(WARNINGS).args(&files);
+    cc.args(["-x", "none"])
         .arg(static_library())
         .arg("-o")
         .arg(&program)
         .args(["-lpthread", "-ldl", "-lm"]);
     assert!(
-        cc.status().expect("a C compiler, as cc").success(),
-        "the compiled policies do not build as C"
+        cc.status().expect("a C compiler").success(),
+        "the compiled policies do not build with {compiler} {options:?}"
     );
     pipe(Command::new(&program), script)
 }

@@ -9,13 +9,85 @@ use tpg_tasks::console::{command_line, print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tools::export;
 
-/// Words of C that a module cannot be named after.
+/// Words of C and C++, and names within a module, that a module cannot be named after.
 const RESERVED: &[&str] = &[
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
-    "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "register",
-    "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef",
-    "union", "unsigned", "void", "volatile", "while", "bool", "true", "false", "copy", "clamp",
-    "or_zero", "limited", "join", "cells", "chances", "self", "main",
+    "auto",
+    "break",
+    "case",
+    "char",
+    "const",
+    "continue",
+    "default",
+    "do",
+    "double",
+    "else",
+    "enum",
+    "extern",
+    "float",
+    "for",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "register",
+    "restrict",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "struct",
+    "switch",
+    "typedef",
+    "union",
+    "unsigned",
+    "void",
+    "volatile",
+    "while",
+    "bool",
+    "true",
+    "false",
+    "copy",
+    "clamp",
+    "or_zero",
+    "limited",
+    "join",
+    "self",
+    "main",
+    "alignas",
+    "alignof",
+    "and",
+    "asm",
+    "catch",
+    "class",
+    "compl",
+    "constexpr",
+    "decltype",
+    "delete",
+    "explicit",
+    "export",
+    "friend",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "nullptr",
+    "operator",
+    "or",
+    "private",
+    "protected",
+    "public",
+    "template",
+    "this",
+    "throw",
+    "try",
+    "typeid",
+    "typename",
+    "using",
+    "virtual",
+    "xor",
 ];
 
 /// Arguments of `tpg export`.
@@ -27,7 +99,7 @@ pub(crate) struct Args {
     /// Write the policy as a Rust module that needs tpg-runtime alone.
     #[arg(long, value_name = "OUT.rs", required_unless_present = "c")]
     rust: Option<PathBuf>,
-    /// Write the policy as C11: OUT.c and OUT.h; names in it begin with the file's.
+    /// Write the policy as C (C99 or later, or C++17): OUT.c and OUT.h; names in it begin with the file's.
     #[arg(long, value_name = "OUT.c")]
     c: Option<PathBuf>,
     /// Print one JSON object to standard output.
@@ -72,10 +144,11 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     Ok(Status::Fine)
 }
 
-/// The command that writes one file, as the file itself names it.
+/// The command that writes one file, as the file itself names it: without folders, so that the text is the same wherever
+/// it is made.
 fn export_command(policy: &Path, flag: &str, out: &Path) -> String {
-    let [policy, out] = [policy, out].map(|path| path.display().to_string());
-    command_line(["tpg", "export", &policy, flag, &out])
+    let base = |path: &Path| path.file_name().unwrap_or_default().display().to_string();
+    command_line(["tpg", "export", &base(policy), flag, &base(out)])
 }
 
 /// The name of a C module: that of its file, which must be an identifier.

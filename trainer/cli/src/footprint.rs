@@ -10,7 +10,7 @@ use tpg_runtime::Policy;
 use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tools::footprint::{
-    BOARDS, Board, Firmware, FootprintError, Measured, Profile, ProgramShare, TeamShare, shares,
+    Board, Firmware, FootprintError, Measured, Profile, ProgramShare, TeamShare, boards, shares,
 };
 
 /// Arguments of `tpg footprint`.
@@ -19,10 +19,8 @@ pub(crate) struct Args {
     /// Exported policy.
     #[arg(value_name = "FILE.tpg")]
     file: PathBuf,
-    /// Board to build and emulate, may be repeated: mps2-an386 (Cortex-M4F, the default), mps2-an385 (Cortex-M3),
-    /// riscv-virt; nucleo-f446re (Cortex-M4F) is built only.
-    #[arg(long, value_name = "BOARD", value_parser = board)]
-    target: Vec<Board>,
+    #[arg(long, value_name = "BOARD", value_parser = board, help = target_help())]
+    target: Vec<&'static Board>,
     /// Compiled for little flash (opt-level s and feature small-code, as the examples come) or for short decisions
     /// (opt-level 3).
     #[arg(long, default_value = "size", value_parser = profile())]
@@ -41,10 +39,24 @@ fn profile() -> impl TypedValueParser<Value = Profile> {
         .try_map(move |name| find(name).ok_or("no such profile"))
 }
 
-fn board(name: &str) -> Result<Board, String> {
-    let names = BOARDS.map(|board| board.name).join(", ");
-    (BOARDS.into_iter().find(|board| board.name == name))
-        .ok_or_else(|| format!("no such board; there are {names}"))
+/// Names the boards, and says which of them are not run.
+fn target_help() -> String {
+    let describe = |board: &Board| {
+        let built_only = board.emulation.is_none();
+        let note = if built_only { ", built only" } else { "" };
+        format!("{} ({}{note})", board.name, board.processor)
+    };
+    let described: Vec<String> = boards().iter().map(describe).collect();
+    format!(
+        "Board to build and emulate, the first one unless said, may be repeated: {}",
+        described.join(", ")
+    )
+}
+
+fn board(name: &str) -> Result<&'static Board, String> {
+    let names: Vec<&str> = boards().iter().map(|board| board.name.as_str()).collect();
+    (boards().iter().find(|board| board.name == name))
+        .ok_or_else(|| format!("no such board; there are {}", names.join(", ")))
 }
 
 /// What a policy takes; the fields are the keys of `--json`.
@@ -62,12 +74,12 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let bytes = std::fs::read(&args.file).or_bad_input(format!("cannot read {file}"))?;
     let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
     let firmware = Firmware::find(args.firmware.as_deref()).map_err(failure)?;
-    let boards = if args.target.is_empty() {
-        &BOARDS[..1]
+    let targets = if args.target.is_empty() {
+        boards().iter().take(1).collect()
     } else {
-        &args.target
+        args.target.clone()
     };
-    let measured: Result<Vec<_>, _> = (boards.iter())
+    let measured: Result<Vec<_>, _> = (targets.into_iter())
         .map(|board| firmware.measure(board, args.profile, &args.file))
         .collect();
     let (teams, programs) = shares(&policy);

@@ -71,6 +71,14 @@ pub(crate) struct Args {
     /// Latest champions that stay in the folder champions/; 0 for all.
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "resume")]
     keep_champions: usize,
+    /// Seconds between two checkpoints, so what a crash costs at most; 0 for one after each generation.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 20,
+        conflicts_with = "resume"
+    )]
+    checkpoint_every: u64,
 }
 
 fn positive_minutes(text: &str) -> Result<f64, String> {
@@ -121,10 +129,13 @@ impl Args {
         let origin = Origin {
             preset: name.clone(),
             budget,
-            command: std::env::args().collect(),
+            command: std::env::args_os()
+                .map(|word| word.to_string_lossy().into_owned())
+                .collect(),
             keep: Keep {
                 log_every: self.log_every,
                 champions: self.keep_champions,
+                checkpoint_every: self.checkpoint_every,
             },
         };
         let folder = RunFolder::create(out, &session, origin).map_err(Failure::of)?;

@@ -11,6 +11,12 @@ pub(super) struct Lock {
     _file: File,
 }
 
+/// Whether a file is one that [`Lock::take`] wrote, as far as can be told: empty, or the number of a process.
+pub(super) fn is_ours(path: &Path) -> bool {
+    fs::read_to_string(path)
+        .is_ok_and(|text| text.is_empty() || text.trim_end().parse::<u32>().is_ok())
+}
+
 impl Lock {
     pub(super) fn take(folder: &Path) -> Result<Self, RunFolderError> {
         let path = folder.join("lock");

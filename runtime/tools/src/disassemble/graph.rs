@@ -9,9 +9,11 @@ use tpg_runtime::Policy;
 use tpg_runtime::blob::ActionKind;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
 
-use super::output_name;
+use super::names::output_name;
 
-/// Teams as ellipses, programs as boxes, discrete actions and outputs with programs of their own as diamonds; edges from a team to its programs bear their order.
+/// The graph in DOT: teams as ellipses, programs as boxes, actions and outputs as diamonds.
+///
+/// An edge from a team to a program is labelled with the program's place in the team's list.
 #[must_use]
 pub fn dot(policy: &Policy<'_>) -> String {
     let mut text = String::new();

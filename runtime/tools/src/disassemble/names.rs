@@ -7,7 +7,7 @@ use tpg_runtime::isa::{CellName, Destination, Operand};
 use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{Instruction, Program, Section};
 
-/// Names operands by the layout of one program's registers.
+/// Names the operands of one program's instructions.
 pub(super) struct Names<'p> {
     policy: &'p Policy<'p>,
     width: usize,
@@ -84,6 +84,13 @@ impl<'p> Names<'p> {
 
 fn element(kind: char, offset: usize, len: usize) -> String {
     format!("{kind}{}[{}]", offset / len, offset % len)
+}
+
+/// Number and name of an output that has programs of its own.
+pub(super) fn output_name(policy: &Policy<'_>, output: u16) -> String {
+    let label = policy.outputs().nth(output.into());
+    let (name, _) = label.unwrap_or_default();
+    format!("output {output} ({name})")
 }
 
 /// Names of the inputs that some instruction or the front end's model reads, in the order of the observation; not those that a

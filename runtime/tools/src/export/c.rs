@@ -2,24 +2,26 @@
 
 mod decide;
 mod header;
+mod library;
 mod memory;
 mod perception;
 mod program;
+mod text;
 
 use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::Policy;
-use tpg_runtime::isa::{Group, Op};
-use tpg_runtime::tables::{Section, Team};
 
 use super::plan::Plan;
-use super::text::preamble;
+use super::program::write_function;
 use decide::write_decide;
 use header::write_header;
-use memory::{write_memories, write_memory_access, write_resets};
-use perception::write_perceive;
-use program::{arity, external, write_function, write_helper};
+use library::{Snippet, used};
+use memory::{memory_functions, reset_functions, write_memory_access, write_resets};
+use perception::perceive;
+use program::{C, declaration, helper};
+use text::comment;
 
 /// The two files of a C module.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,10 +32,10 @@ pub struct CSource {
     pub source: String,
 }
 
-/// The policy as C11 without heap, whose types and functions begin with `name`.
+/// The policy as C without heap, whose types and functions begin with `name`; the text is C99 and C++17 as well.
 ///
-/// It needs the functions `tpg_math_*` of the runtime's C library and nothing else. `command` is what the files' first
-/// lines name as their origin.
+/// It calls nothing but the functions `tpg_math_*` of the runtime's C library, and these only for arc functions, powers,
+/// exponentials, logarithms and the hyperbolic tangent. `command` is what the files' first lines name as their origin.
 #[must_use]
 pub fn c(policy: &Policy<'_>, name: &str, command: &str) -> CSource {
     let plan = Plan::new(policy);
@@ -42,36 +44,6 @@ pub fn c(policy: &Policy<'_>, name: &str, command: &str) -> CSource {
     let _ = write_header(&mut header, &plan, name, command);
     let _ = write_source(&mut source, &plan, name, command);
     CSource { header, source }
-}
-
-fn write_comment(out: &mut String, plan: &Plan<'_>, command: &str) -> fmt::Result {
-    let mut start = "/*";
-    for line in preamble(plan, command) {
-        writeln!(
-            out,
-            "{}",
-            format!("{start} {}", line.replace("*/", "* /")).trim_end()
-        )?;
-        start = " *";
-    }
-    writeln!(out, " */")
-}
-
-fn sections(team: &Team) -> impl Iterator<Item = Section> + use<'_> {
-    Section::ALL
-        .into_iter()
-        .filter(|section| team.kept(*section) != 0)
-}
-
-fn signature(plan: &Plan<'_>, name: &str) -> String {
-    let upper = name.to_uppercase();
-    if plan.outputs > 0 {
-        format!(
-            "void {name}_decide({name} *self, const float observation[{upper}_INPUTS], float action[{upper}_OUTPUTS])"
-        )
-    } else {
-        format!("uint16_t {name}_decide({name} *self, const float observation[{upper}_INPUTS])")
-    }
 }
 
 const GUARDS: &str = "
@@ -87,70 +59,65 @@ const GUARDS: &str = "
 #elif defined(__GNUC__)
 #pragma GCC optimize(\"fp-contract=off\")
 #endif
+
+#if defined(__cplusplus)
+#define TPG_RESTRICT __restrict
+#else
+#define TPG_RESTRICT restrict
+#endif
 ";
 
 fn write_source(out: &mut String, plan: &Plan<'_>, name: &str, command: &str) -> fmt::Result {
-    write_comment(out, plan, command)?;
-    writeln!(
-        out,
-        "#include \"{name}.h\"\n\n#include <float.h>\n#include <stdbool.h>"
-    )?;
-    out.push_str(GUARDS);
-    let functions = plan.functions();
-    let used: BTreeSet<Op> = functions
-        .iter()
-        .flat_map(|f| plan.code(f.program))
-        .map(|i| i.op)
-        .collect();
-    let group = |group| used.iter().any(|op| op.group() == group);
-    let is_wide = functions
-        .iter()
-        .any(|f| plan.program(f.program).registers[1..] != [0, 0])
-        || plan.remembering().next().is_some()
-        || plan.outputs > 0
-        || group(Group::Vector)
-        || group(Group::Matrix);
-    writeln!(out, "\nenum {{ W = {} }};", plan.width)?;
-    let mut externals: BTreeSet<String> = used
-        .iter()
-        .filter_map(|op| external(*op).map(|f| declaration(&f, arity(*op))))
-        .collect();
-    if is_wide {
-        externals.insert(declaration("tpg_math_sqrt", 1));
+    let c = C::new(plan, name);
+    let mut body = String::new();
+    write_resets(&mut body, &c)?;
+    write_decide(&mut body, &c)?;
+    if plan.memory_words() > 0 {
+        write_memory_access(&mut body, &c)?;
     }
+    let operations = plan.operations();
+    let mut library: Vec<Snippet> = [
+        include_str!("c/assets/arithmetic.c"),
+        include_str!("c/assets/root.c"),
+        include_str!("c/assets/trigonometry.c"),
+        include_str!("c/assets/wide.c"),
+        include_str!("c/assets/matrix.c"),
+    ]
+    .into_iter()
+    .flat_map(Snippet::split)
+    .collect();
+    library.extend(
+        operations
+            .iter()
+            .filter_map(|op| helper(*op))
+            .map(Snippet::new),
+    );
+    library.extend(memory_functions(&c));
+    for function in plan.functions() {
+        let mut text = String::new();
+        write_function(&mut text, plan, &c, function);
+        library.push(Snippet::new(text));
+    }
+    library.extend(reset_functions(&c));
+    library.extend(perceive(plan, name)?);
+    out.push_str(&comment(plan, command, &[]));
+    write!(
+        out,
+        "#include \"{name}.h\"\n\n#include <float.h>\n#include <stdbool.h>\n{GUARDS}\nenum {{ W = {} }};\n",
+        plan.width
+    )?;
+    let externals: BTreeSet<String> = operations.into_iter().filter_map(declaration).collect();
     if !externals.is_empty() {
-        writeln!(out, "\n/* From the runtime's C library. */")?;
+        writeln!(
+            out,
+            "\n/* From the library libtpg_runtime_c.a of tpg-runtime-c. */\n#if defined(__cplusplus)\nextern \"C\" {{\n#endif"
+        )?;
         externals
             .iter()
             .try_for_each(|line| writeln!(out, "{line}"))?;
+        writeln!(out, "#if defined(__cplusplus)\n}}\n#endif")?;
     }
-    writeln!(out)?;
-    out.push_str(include_str!("c/assets/arithmetic.c"));
-    if is_wide {
-        out.push_str(include_str!("c/assets/wide.c"));
-    }
-    if group(Group::Matrix) {
-        out.push_str(include_str!("c/assets/matrix.c"));
-    }
-    used.iter().try_for_each(|op| write_helper(out, *op))?;
-    write_memories(out, plan, name)?;
-    for function in functions {
-        write_function(out, plan, name, function)?;
-    }
-    write_resets(out, plan, name)?;
-    write_perceive(out, plan, name)?;
-    write_decide(out, plan, name)?;
-    if plan.memory_words() > 0 {
-        write_memory_access(out, plan, name)?;
-    }
+    out.push_str(&used(library, &body));
+    out.push_str(&body);
     Ok(())
-}
-
-fn declaration(function: &str, arity: usize) -> String {
-    let parameters = if arity == 2 {
-        "float x, float y"
-    } else {
-        "float x"
-    };
-    format!("extern float {function}({parameters});")
 }

@@ -1,12 +1,12 @@
-//! What both languages need to know of a policy: where operands lie, and what its graph rules out.
+//! What both languages need to know of a policy's graph: which programs run where, and what cannot happen.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tpg_runtime::Policy;
 use tpg_runtime::blob::{ActionKind, MemoryModel, RegisterMode};
-use tpg_runtime::isa::{Destination, Form, Operand, REGISTERS};
+use tpg_runtime::isa::{Form, Op, Operand};
 use tpg_runtime::registers::Location;
-use tpg_runtime::tables::{Instruction, Program, ProgramId, Section, Target, Team, TeamId};
+use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, Team, TeamId};
 
 /// A policy with what its graph says about every decision.
 pub(super) struct Plan<'p> {
@@ -185,10 +185,27 @@ impl<'p> Plan<'p> {
         self.policy.header().memory_model == MemoryModel::Indexed && !self.cells.is_empty()
     }
 
+    /// The operations that the functions execute.
+    pub(super) fn operations(&self) -> BTreeSet<Op> {
+        let functions = self.functions();
+        let code = functions.iter().flat_map(|f| self.code(f.program));
+        code.map(|instruction| instruction.op).collect()
+    }
+
     /// The programs that run and keep their registers.
     pub(super) fn stateful_programs(&self) -> BTreeSet<u16> {
         let ran = self.functions().into_iter().map(|f| f.program);
         ran.filter(|_| self.stateful).collect()
+    }
+
+    /// The programs that end a decision with another discrete action than 0, each with its action.
+    pub(super) fn actions(&self) -> BTreeMap<u16, u16> {
+        let ran = self.functions().into_iter().map(|f| f.program);
+        ran.filter_map(|program| match self.program(program).target {
+            Target::Atomic(action) if action != 0 => Some((program, action)),
+            _ => None,
+        })
+        .collect()
     }
 
     /// Whether a program ends a decision with a continuous action.
@@ -221,136 +238,6 @@ impl<'p> Plan<'p> {
         let start = self.policy.header().words as usize - self.cells.len();
         usize::from(at) - start
     }
-
-    /// The columns that a front end's model describes.
-    pub(super) fn believed(&self) -> Vec<u16> {
-        let front_end = self.policy.front_end();
-        let columns = front_end.map_or(&[][..], |front_end| front_end.columns);
-        columns.iter().map(|c| u16::from_le_bytes(*c)).collect()
-    }
-
-    /// Numbers of a table.
-    pub(super) fn floats(&self, words: &[[u8; 4]]) -> Vec<f32> {
-        words.iter().map(|w| f32::from_le_bytes(*w)).collect()
-    }
-
-    /// Initial values of `len` words of which the constants begin at `start`.
-    pub(super) fn initial(&self, start: u32, len: usize) -> Vec<f32> {
-        let constants = self.policy.tables().constants;
-        let values = constants
-            .iter()
-            .skip(start as usize)
-            .map(|x| f32::from_le_bytes(*x));
-        values.chain(std::iter::repeat(0.0)).take(len).collect()
-    }
-
-    /// Initial values of a program's registers: scalars, vectors, matrices.
-    pub(super) fn registers(&self, program: &Program) -> Vec<(Section, usize, Vec<f32>)> {
-        let values = self.initial(program.constants_start, program.register_words(self.width));
-        let mut rest = values.as_slice();
-        let mut out = Vec::new();
-        for (section, count) in Section::ALL.into_iter().zip(program.registers) {
-            for number in 0..usize::from(count) {
-                let (head, tail) = rest.split_at(section.slot_words(self.width));
-                out.push((section, number, head.to_vec()));
-                rest = tail;
-            }
-        }
-        out
-    }
-
-    /// As [`Plan::registers`], without those that no instruction of the program mentions.
-    pub(super) fn mentioned(&self, number: u16) -> Vec<(Section, usize, Vec<f32>)> {
-        let program = self.program(number);
-        let mut mentioned = BTreeSet::from([(Section::Scalar as u8, 0)]);
-        let mut mention = |at: u16| {
-            mentioned.extend(match self.locate(program, at) {
-                Location::Window(_) => None,
-                Location::Scalar(k) => Some((Section::Scalar as u8, k)),
-                Location::Vector(k, _) => Some((Section::Vector as u8, k)),
-                Location::Matrix(k, _) => Some((Section::Matrix as u8, k)),
-            });
-        };
-        mention(program.output);
-        for i in self.code(number) {
-            if i.op.destination() != Destination::None {
-                mention(i.d);
-            }
-            for (kind, at) in i.op.operands().into_iter().zip([i.a, i.b]) {
-                if is_register_or_input(kind) {
-                    mention(at);
-                }
-            }
-            if i.op.form() == Form::WriteCells {
-                (0..REGISTERS as u16).for_each(|k| mention(program.state_start + k));
-            }
-        }
-        let mut registers = self.registers(program);
-        registers.retain(|(section, k, _)| mentioned.contains(&(*section as u8, *k)));
-        registers
-    }
-
-    /// The kept slots of a team in state order, with the values that a reset gives them.
-    pub(super) fn slots(&self, team: &Team) -> Vec<(Section, usize, Vec<f32>)> {
-        let memory = self.policy.tables().memory;
-        let words = team.memory_words(self.width);
-        let values = if memory.is_empty() {
-            self.initial(team.constants_start, words)
-        } else {
-            let from = usize::from(team.memory_start) - self.memory_start();
-            memory
-                .iter()
-                .skip(from)
-                .map(|x| f32::from_le_bytes(*x))
-                .collect()
-        };
-        let mut rest = values.as_slice();
-        let mut out = Vec::new();
-        for section in Section::ALL {
-            for slot in (0..8).filter(|slot| team.kept(section) & (1 << slot) != 0) {
-                let (head, tail) = rest.split_at(section.slot_words(self.width));
-                out.push((section, slot, head.to_vec()));
-                rest = tail;
-            }
-        }
-        out
-    }
-
-    /// The values that a reset gives the kept cells.
-    pub(super) fn cell_values(&self) -> Vec<f32> {
-        let memory = self.policy.tables().memory;
-        if memory.is_empty() {
-            return vec![0.0; self.cells.len()];
-        }
-        let from = memory.len() - self.cells.len();
-        memory
-            .iter()
-            .skip(from)
-            .map(|x| f32::from_le_bytes(*x))
-            .collect()
-    }
-
-    fn memory_start(&self) -> usize {
-        let registers = self.programs.iter().map(|p| p.register_words(self.width));
-        self.policy.header().registers_start() + registers.sum::<usize>()
-    }
-
-    /// Words of shared memory.
-    pub(super) fn memory_words(&self) -> usize {
-        self.policy.header().words as usize - self.memory_start()
-    }
-}
-
-const fn is_register_or_input(kind: Operand) -> bool {
-    matches!(
-        kind,
-        Operand::S
-            | Operand::V
-            | Operand::M
-            | Operand::VElement
-            | Operand::MElement
-            | Operand::SOrVElement
-    )
 }
 
 /// A team's programs without repetitions: a program that is listed again bids the same and cannot win.

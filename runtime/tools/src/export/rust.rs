@@ -5,16 +5,15 @@ mod perception;
 mod program;
 mod state;
 
-use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::Policy;
-use tpg_runtime::isa::Op;
 
 use super::plan::Plan;
+use super::program::write_function;
 use super::text::preamble;
 use perception::write_perception;
-use program::{write_function, write_helper};
+use program::{Rust, write_helper};
 use state::{write_policy, write_state};
 
 /// The policy as the text of a Rust module that needs `tpg-runtime` alone: no `std`, no heap, no `unsafe`, no panics.
@@ -88,16 +87,10 @@ fn write_module(out: &mut String, plan: &Plan<'_>, command: &str) -> fmt::Result
     write_state(out, plan)?;
     write_policy(out, plan)?;
     for function in plan.functions() {
-        write_function(out, plan, function)?;
+        write_function(out, plan, &Rust(plan), function);
     }
     out.push_str(HELPERS);
-    let functions = plan.functions();
-    let used: BTreeSet<Op> = functions
-        .iter()
-        .flat_map(|f| plan.code(f.program))
-        .map(|i| i.op)
-        .collect();
-    for op in used {
+    for op in plan.operations() {
         write_helper(out, op)?;
     }
     Ok(())

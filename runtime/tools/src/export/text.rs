@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::{Section, Target, TeamId};
 
-use super::plan::Plan;
+use super::plan::{Function, Plan};
 
 /// Letters of the kinds of registers and slots, as disassembly has them.
 pub(super) const fn letter(section: Section) -> char {
@@ -13,6 +13,14 @@ pub(super) const fn letter(section: Section) -> char {
         Section::Scalar => 's',
         Section::Vector => 'v',
         Section::Matrix => 'm',
+    }
+}
+
+/// The name of a program's function.
+pub(super) fn function_name(function: Function) -> String {
+    match function.team {
+        Some(team) => format!("program_{}_in_team_{team}", function.program),
+        None => format!("program_{}", function.program),
     }
 }
 

@@ -1,415 +1,69 @@
-//! Firmware for a policy: found, built, looked into and run.
+//! The boards that firmware is built for.
 
-use std::collections::HashMap;
-use std::env;
-use std::ffi::OsStr;
-use std::fmt;
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::sync::LazyLock;
 
-use object::{Object as _, ObjectSection as _, SectionFlags, elf};
-use serde::Serialize;
+use serde::Deserialize;
 
-use super::stack::{self, StackError};
-
-/// A board that firmware is built for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A board, as `firmware-examples/boards.toml` describes it.
+#[derive(Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Board {
     /// Name of the board and of its folder below `firmware-examples/`.
-    pub name: &'static str,
+    pub name: String,
     /// Its processor.
-    pub processor: &'static str,
-    target: &'static str,
-    /// What stands in for it; empty where nothing does.
-    emulator: &'static [&'static str],
+    pub processor: String,
+    /// The compiler's target.
+    pub target: String,
+    /// How it is emulated; `None` where nothing emulates it.
+    pub emulation: Option<Emulation>,
 }
 
-/// The boards, the default one first.
-pub const BOARDS: [Board; 4] = [
-    Board {
-        name: "mps2-an386",
-        processor: "Cortex-M4F",
-        target: "thumbv7em-none-eabihf",
-        // 8 ns of the emulated clock for an instruction: 5 of them in a tick of the board's timer.
-        emulator: &[
-            "qemu-system-arm",
-            "-icount",
-            "shift=3",
-            "-machine",
-            "mps2-an386",
-        ],
-    },
-    Board {
-        name: "mps2-an385",
-        processor: "Cortex-M3",
-        target: "thumbv7m-none-eabi",
-        emulator: &[
-            "qemu-system-arm",
-            "-icount",
-            "shift=3",
-            "-machine",
-            "mps2-an385",
-        ],
-    },
-    Board {
-        name: "riscv-virt",
-        processor: "RISC-V (RV32IMC)",
-        target: "riscv32imc-unknown-none-elf",
-        emulator: &[
-            "qemu-system-riscv32",
-            "-icount",
-            "shift=0",
-            "-machine",
-            "virt",
-            "-bios",
-            "none",
-        ],
-    },
-    Board {
-        name: "nucleo-f446re",
-        processor: "Cortex-M4F",
-        target: "thumbv7em-none-eabihf",
-        emulator: &[],
-    },
-];
-
-/// How the firmware is compiled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Profile {
-    /// For little flash, as the examples come: opt-level s and the runtime's feature `small-code`.
-    Size,
-    /// For short decisions: opt-level 3, without `small-code`.
-    Speed,
-}
-
-impl Profile {
-    /// Every profile; a command lists their names.
-    pub const ALL: [Profile; 2] = [Profile::Size, Profile::Speed];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Profile::Size => "size",
-            Profile::Speed => "speed",
-        }
-    }
-
-    /// What cargo is told, and the folder that it then builds in.
-    const fn options(self) -> (&'static [&'static str], &'static str) {
-        match self {
-            Profile::Size => (&["--release"], "release"),
-            Profile::Speed => (
-                &[
-                    "--profile=speed",
-                    "--no-default-features",
-                    "--features=all-operations",
-                ],
-                "speed",
-            ),
-        }
-    }
-}
-
-impl fmt::Display for Profile {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// Why a footprint could not be measured.
-#[derive(Debug, thiserror::Error)]
+/// How a board is emulated.
+#[derive(Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
-pub enum FootprintError {
-    /// The firmware's sources are nowhere to be found.
-    #[error(
-        "no firmware-examples/ in or above {0}, nor above this program: name the folder with --firmware DIR"
-    )]
-    NoSources(PathBuf),
-    /// The folder holds something else.
-    #[error("{0} holds no package {1}: --firmware must name the repository's firmware-examples/")]
-    NoPackage(PathBuf, &'static str),
-    /// A program cannot be started.
-    #[error("cannot start {program}: {advice}")]
-    NoProgram {
-        /// The program.
-        program: String,
-        /// How to get it.
-        advice: &'static str,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The firmware does not build.
-    #[error("firmware does not build for {board}:\n{output}")]
-    Build {
-        /// The board.
-        board: &'static str,
-        /// What the compiler said.
-        output: String,
-    },
-    /// The firmware does not run, or says something else than expected.
-    #[error("firmware does not run on {board} ({status}): {output}")]
-    Run {
-        /// The board.
-        board: &'static str,
-        /// How the emulator ended.
-        status: std::process::ExitStatus,
-        /// What it printed.
-        output: String,
-    },
-    /// A decision's stack has no bound.
-    #[error("no bound of the stack in {path} ({board})")]
-    Stack {
-        /// The board.
-        board: &'static str,
-        /// The program.
-        path: PathBuf,
-        /// Why.
-        source: StackError,
-    },
-    /// The firmware's file cannot be read.
-    #[error("cannot look into {path}")]
-    Elf {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
+pub struct Emulation {
+    /// The emulator and the options that choose the board; never empty.
+    pub command: Vec<String>,
+    /// Options with which the emulator's clock counts instructions.
+    pub count: Vec<String>,
+    /// Address of memory that the board's programs leave free.
+    pub spare: u32,
+    /// Decisions of each policy in the test that compares the board with the host.
+    pub test_decisions: u32,
 }
 
-/// The function of `decide` that decides once, as its mangled names contain it.
-const DECISION: &str = "6decide4step";
-
-/// What is known of a policy on a board; the fields are keys of `--json`, `null` where only running it would tell and
-/// nothing emulates the board.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Measured {
-    /// The board.
-    pub board: &'static str,
-    /// Its processor.
-    pub processor: &'static str,
-    /// Flash of the firmware `decide` without the policy.
-    pub flash_code_bytes: u64,
-    /// Flash of the policy's file.
-    pub flash_blob_bytes: u64,
-    /// Static variables of `decide`, and the agent, which lies in the frame of its `main`; that whole frame where nothing
-    /// emulates the board.
-    pub ram_static_bytes: u64,
-    /// Most stack that a decision of `decide` can take, from its code; handlers of interrupts come on top.
-    pub stack_bytes_bound: u64,
-    /// What running it told.
-    #[serde(flatten)]
-    pub seen: Seen,
+/// The boards, the default one first; never empty.
+///
+/// # Panics
+/// If the table that this crate was built with is none; a test reads it.
+#[must_use]
+pub fn boards() -> &'static [Board] {
+    #[derive(Deserialize)]
+    struct Table {
+        board: Vec<Board>,
+    }
+    static TABLE: LazyLock<Table> = LazyLock::new(|| {
+        toml::from_str(include_str!("../../../../firmware-examples/boards.toml"))
+            .expect("firmware-examples/boards.toml is a table of boards")
+    });
+    &TABLE.board
 }
 
-/// What running the firmware tells; all `None` where nothing emulates the board.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Seen {
-    /// Bytes of RAM of the agent alone.
-    pub agent_bytes: Option<u64>,
-    /// Most stack that a decision was seen to take, in bytes.
-    pub stack_bytes: Option<u64>,
-    /// Decisions that were measured.
-    pub decisions: Option<u64>,
-    /// Instructions of the policy in a decision, mean.
-    pub instructions_mean: Option<f64>,
-    /// Instructions of the processor in a decision, mean.
-    pub machine_instructions_mean: Option<f64>,
-    /// Instructions of the processor in a decision, most that were seen.
-    pub machine_instructions_worst_seen: Option<u64>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The folder with the firmware's sources.
-#[derive(Debug, Clone)]
-pub struct Firmware {
-    folder: PathBuf,
-}
-
-impl Firmware {
-    /// The given folder, else `firmware-examples` in or above the working directory or above this program.
-    ///
-    /// # Errors
-    /// [`FootprintError::NoSources`] or [`FootprintError::NoPackage`].
-    pub fn find(given: Option<&Path>) -> Result<Self, FootprintError> {
-        let here = env::current_dir().unwrap_or_default();
-        let program = env::current_exe().unwrap_or_default();
-        let nearby = || {
-            (here.ancestors().chain(program.ancestors()))
-                .map(|folder| folder.join("firmware-examples"))
-                .find(|folder| folder.is_dir())
-        };
-        let folder = match given {
-            Some(folder) => folder.to_owned(),
-            None => nearby().ok_or_else(|| FootprintError::NoSources(here.clone()))?,
-        };
-        if !folder.join(BOARDS[0].name).join("Cargo.toml").is_file() {
-            return Err(FootprintError::NoPackage(folder, BOARDS[0].name));
+    #[test]
+    fn the_table_of_boards_is_complete() {
+        assert!(!boards().is_empty());
+        for board in boards() {
+            let alike = boards().iter().filter(|other| other.name == board.name);
+            assert_eq!(alike.count(), 1, "{}", board.name);
+            if let Some(emulation) = &board.emulation {
+                assert!(!emulation.command.is_empty(), "{}", board.name);
+            }
         }
-        let folder = fs::canonicalize(&folder).unwrap_or(folder);
-        Ok(Firmware { folder })
     }
-
-    /// Builds the firmware for a policy, looks into it and, where the board is emulated, runs it.
-    ///
-    /// # Errors
-    /// Any other [`FootprintError`].
-    pub fn measure(
-        &self,
-        board: &Board,
-        profile: Profile,
-        policy: &Path,
-    ) -> Result<Measured, FootprintError> {
-        let bytes = fs::metadata(policy).map(|data| data.len());
-        let flash_blob_bytes = bytes.map_err(|error| unreadable(policy, error))?;
-        let decide = self.build(board, profile, "decide", policy)?;
-        let (flash, ram) = sections(&decide)?;
-        let unbounded = |source| FootprintError::Stack {
-            board: board.name,
-            path: decide.clone(),
-            source,
-        };
-        let stack_bytes_bound = stack::bound(&decide, DECISION).map_err(unbounded)?;
-        let (seen, agent) = if board.emulator.is_empty() {
-            let frame = stack::callers_frame(&decide, DECISION).map_err(unbounded)?;
-            (Seen::default(), frame)
-        } else {
-            let seen = self.run(board, profile, policy)?;
-            let agent = seen.agent_bytes.unwrap_or(0);
-            (seen, agent)
-        };
-        Ok(Measured {
-            board: board.name,
-            processor: board.processor,
-            flash_code_bytes: flash.saturating_sub(flash_blob_bytes),
-            flash_blob_bytes,
-            ram_static_bytes: ram + agent,
-            stack_bytes_bound,
-            seen,
-        })
-    }
-
-    /// Builds and runs `measure`.
-    fn run(&self, board: &Board, profile: Profile, policy: &Path) -> Result<Seen, FootprintError> {
-        let printed = run(board, &self.build(board, profile, "measure", policy)?)?;
-        let number = |key: &str| printed.get(key).copied();
-        let decisions = number("decisions");
-        let mean = |key: &str| Some(number(key)? as f64 / decisions?.max(1) as f64);
-        Ok(Seen {
-            agent_bytes: number("agent_bytes"),
-            stack_bytes: number("stack_bytes"),
-            decisions,
-            instructions_mean: mean("instructions_sum"),
-            machine_instructions_mean: mean("machine_instructions_sum"),
-            machine_instructions_worst_seen: number("machine_instructions_worst_seen"),
-        })
-    }
-
-    fn build(
-        &self,
-        board: &Board,
-        profile: Profile,
-        program: &str,
-        policy: &Path,
-    ) -> Result<PathBuf, FootprintError> {
-        let repository = self.folder.parent().unwrap_or(&self.folder);
-        let target_dir = repository.join("target/footprint").join(board.name);
-        let policy = fs::canonicalize(policy).map_err(|error| unreadable(policy, error))?;
-        let (options, folder) = profile.options();
-        let mut cargo = Command::new(repository.join("scripts/cargo-for"));
-        cargo
-            .args([board.target, "build", "--quiet", "--bin", program])
-            .args(options)
-            .current_dir(self.folder.join(board.name))
-            .env("CARGO_TARGET_DIR", &target_dir)
-            .env("TPG_CHAMPION", policy)
-            .env_remove("RUSTFLAGS")
-            .env_remove("CARGO_ENCODED_RUSTFLAGS");
-        let output = output(&mut cargo, "it lies in the repository's scripts/")?;
-        if !output.status.success() {
-            return Err(FootprintError::Build {
-                board: board.name,
-                output: text(&output),
-            });
-        }
-        Ok(target_dir.join(board.target).join(folder).join(program))
-    }
-}
-
-fn run(board: &Board, program: &Path) -> Result<HashMap<String, u64>, FootprintError> {
-    let mut emulator = Command::new(board.emulator[0]);
-    emulator
-        .args(&board.emulator[1..])
-        .args(["-display", "none", "-monitor", "none", "-serial", "null"])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(program);
-    let advice = "install it (apt-get install qemu-system-arm qemu-system-misc)";
-    let output = output(&mut emulator, advice)?;
-    let printed = text(&output);
-    let numbers: HashMap<_, _> = (printed.lines())
-        .filter_map(|line| line.split_once(' '))
-        .filter_map(|(key, number)| Some((key.to_owned(), number.parse().ok()?)))
-        .collect();
-    if output.status.success() && numbers.contains_key("decisions") {
-        return Ok(numbers);
-    }
-    Err(FootprintError::Run {
-        board: board.name,
-        status: output.status,
-        output: printed,
-    })
-}
-
-/// Bytes of flash and of static variables that a program takes.
-fn sections(path: &Path) -> Result<(u64, u64), FootprintError> {
-    let bytes = fs::read(path).map_err(|error| unreadable(path, error))?;
-    let file = object::File::parse(bytes.as_slice()).map_err(|error| unreadable(path, error))?;
-    let (mut flash, mut ram) = (0, 0);
-    for section in file.sections() {
-        let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
-            continue;
-        };
-        let (allocated, writable) = (
-            sh_flags & u64::from(elf::SHF_ALLOC) != 0,
-            sh_flags & u64::from(elf::SHF_WRITE) != 0,
-        );
-        // Room that a linker script sets aside, not variables.
-        let reserved = matches!(section.name(), Ok(".stack" | ".heap"));
-        if !allocated || reserved {
-            continue;
-        }
-        let stored = section.file_range().is_some();
-        flash += if stored { section.size() } else { 0 };
-        ram += if writable { section.size() } else { 0 };
-    }
-    Ok((flash, ram))
-}
-
-fn unreadable(
-    path: &Path,
-    source: impl Into<Box<dyn std::error::Error + Send + Sync>>,
-) -> FootprintError {
-    FootprintError::Elf {
-        path: path.to_owned(),
-        source: source.into(),
-    }
-}
-
-fn output(command: &mut Command, advice: &'static str) -> Result<Output, FootprintError> {
-    command
-        .output()
-        .map_err(|source| FootprintError::NoProgram {
-            program: OsStr::to_string_lossy(command.get_program()).into_owned(),
-            advice,
-            source,
-        })
-}
-
-/// Semihosting prints to standard error of some versions of QEMU, to standard output of others.
-fn text(output: &Output) -> String {
-    [&output.stdout, &output.stderr]
-        .map(|bytes| String::from_utf8_lossy(bytes))
-        .concat()
 }

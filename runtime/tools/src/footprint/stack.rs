@@ -6,6 +6,7 @@
 //! data or is formed by code that can be reached. Recursion, and whatever moves the stack pointer by an amount that the
 //! code does not say, have no bound and are errors. Handlers of interrupts come on top.
 
+mod code;
 mod riscv;
 mod thumb;
 
@@ -17,11 +18,13 @@ use object::{
     Architecture, Object as _, ObjectSection as _, ObjectSymbol as _, SectionKind, SymbolKind,
 };
 
-/// Why the stack has no bound that this finds.
+use code::Code;
+
+/// Why no bound of the stack was found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StackError {
-    /// The file is no program for a processor that this knows.
+    /// The program is for another kind of processor.
     #[error("it is no program for an ARM Cortex-M or a 32-bit RISC-V")]
     Unknown,
     /// The program cannot be read.
@@ -44,23 +47,6 @@ pub enum StackError {
     /// A function calls itself, through others or not.
     #[error("{0} can call itself")]
     Recursion(String),
-}
-
-/// What the code of a function says.
-#[derive(Debug, Default)]
-struct Code {
-    /// Bytes that it takes from the stack pointer.
-    frame: u64,
-    /// What it calls.
-    calls: BTreeSet<u64>,
-    /// Where it jumps to, itself mostly.
-    jumps: BTreeSet<u64>,
-    /// Addresses that it forms, some of them of functions.
-    addresses: BTreeSet<u64>,
-    /// Whether it calls or jumps to an address in a register, other than that to return to.
-    through_pointer: bool,
-    /// The first instruction that moves the stack pointer by an unknown amount.
-    dynamic: Option<u64>,
 }
 
 /// A linked program.

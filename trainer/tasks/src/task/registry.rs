@@ -60,6 +60,21 @@ static TABLE: &[Row] = &[
     robot!("hopper-v5", false),
     robot!("half-cheetah-v4", true),
     robot!("half-cheetah-v5", false),
+    robot!("inverted-pendulum-v4", false),
+    robot!("inverted-pendulum-v5", true),
+    robot!("walker2d-v4", false),
+    robot!("walker2d-v5", true),
+    robot!("swimmer-v4", false),
+    robot!("swimmer-v5", true),
+    robot!("reacher-v4", false),
+    robot!("reacher-v5", true),
+    robot!("pusher-v5", true),
+    robot!("ant-v4", false),
+    robot!("ant-v5", true),
+    robot!("humanoid-v4", false),
+    robot!("humanoid-v5", true),
+    robot!("humanoid-standup-v4", false),
+    robot!("humanoid-standup-v5", true),
 ];
 
 /// The full names of the tasks that this build can make.
@@ -75,7 +90,8 @@ pub fn names() -> &'static [&'static str] {
     &NAMES
 }
 
-/// Makes a task by its full name, or by its name without the version, which means the version that the thesis used; or
+/// Makes a task by its full name, or by its name without the version, which means the version that the
+/// thesis used, or else the latest; or
 /// from the file that describes it, whose path ends in `.toml`.
 ///
 /// # Errors
@@ -221,7 +237,7 @@ mod tests {
         let mut bits = Vec::new();
         task.reset(&mut Rng::new(seed));
         for t in 0..60u16 {
-            let values = [f32::from(t % 7) / 3.0 - 1.0; 8];
+            let values = [f32::from(t % 7) / 3.0 - 1.0; 17];
             let action = match task.spec().actions {
                 ActionSpace::Discrete(count) => Action::Discrete(t % count),
                 ActionSpace::Continuous { len, .. } => {

@@ -1,16 +1,16 @@
 //! The walk over teams in C.
 
-use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::math::centred;
-use tpg_runtime::tables::{Target, TeamId};
 
-use super::super::plan::{Member, Plan, TeamPlan};
-use super::program::{arguments, name, number_text};
-use super::signature;
+use super::super::decision::{Bidder, WriteDecision, write_teams};
+use super::super::text::function_name;
+use super::program::{C, number_text};
+use super::text::signature;
 
-pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt::Result {
+pub(super) fn write_decide(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
+    let (plan, name) = (c.plan, c.prefix);
     let header = plan.policy.header();
     writeln!(
         out,
@@ -66,9 +66,7 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         plan.reached().count()
     )?;
     writeln!(out, "        teams++;\n        switch (team) {{")?;
-    for (number, team) in plan.reached() {
-        write_team(out, plan, number, team)?;
-    }
+    write_teams(out, plan, c);
     writeln!(
         out,
         "        default: goto decided;\n        }}\n    }}\ndecided:"
@@ -96,13 +94,6 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         }
         return writeln!(out, "}}");
     }
-    let actions =
-        plan.functions()
-            .into_iter()
-            .filter_map(|f| match plan.program(f.program).target {
-                Target::Atomic(action) if action != 0 => Some((f.program, action)),
-                _ => None,
-            });
     let decide = |action: u16| {
         let decided = number_text(centred(action, header.actions));
         let remember = format!("self->decided[0] = {decided}; ");
@@ -112,105 +103,78 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt
         )
     };
     writeln!(out, "    switch (winner) {{")?;
-    for (program, action) in actions.collect::<BTreeSet<_>>() {
+    for (program, action) in plan.actions() {
         writeln!(out, "    case {program}: {}", decide(action))?;
     }
     writeln!(out, "    default: {}\n    }}\n}}", decide(0))
 }
 
-fn write_team(out: &mut String, plan: &Plan<'_>, number: u16, team: &TeamPlan) -> fmt::Result {
-    let pad = " ".repeat(12);
-    writeln!(out, "        case {number}: {{")?;
-    if plan.marked.contains(&number) {
-        writeln!(out, "{pad}visited_{number} = true;")?;
-    }
-    let always = |m: &&Member| m.unless_visited.is_none() && !plan.cached.contains(&m.program);
-    let certain: u32 = team
-        .members
-        .iter()
-        .filter(always)
-        .map(|m| u32::from(plan.program(m.program).code_len))
-        .sum();
-    writeln!(out, "{pad}instructions += {certain};")?;
-    for member in &team.members {
-        write_member(out, plan, number, *member)?;
-    }
-    let next = |m: &Member| match plan.program(m.program).target {
-        Target::Team(TeamId(next)) => Some((m.program, next)),
-        Target::Atomic(_) => None,
-    };
-    let next: Vec<(u16, u16)> = team.members.iter().filter_map(next).collect();
-    if next.is_empty() {
-        return writeln!(out, "{pad}goto decided;\n        }}");
-    }
-    writeln!(out, "{pad}switch (winner) {{")?;
-    for (program, next) in next {
-        writeln!(out, "{pad}case {program}: team = {next}; break;")?;
-    }
-    writeln!(
-        out,
-        "{pad}default: goto decided;\n{pad}}}\n{pad}break;\n        }}"
-    )
-}
+impl WriteDecision for C<'_, '_> {
+    const INDENT: usize = 12;
 
-fn write_member(out: &mut String, plan: &Plan<'_>, team: u16, member: Member) -> fmt::Result {
-    let Member {
-        program,
-        unless_visited,
-    } = member;
-    let function = plan.function(program, team);
-    let call = format!(
-        "{}({})",
-        name(function),
-        arguments(plan, function).join(", ")
-    );
-    let (acts, cached) = (plan.acts(program), plan.cached.contains(&program));
-    let length = plan.program(program).code_len;
-    let mut lines = Vec::new();
-    if acts && !cached {
-        lines.push(format!("float output_{program}[{}];", plan.values()));
+    fn open_team(&self, team: u16) -> String {
+        format!("        case {team}: {{\n")
     }
-    if !cached && unless_visited.is_some() {
-        lines.push(format!("instructions += {length};"));
+
+    fn unless_visited(&self, team: u16) -> String {
+        format!("if (!visited_{team}) {{")
     }
-    if cached {
-        lines.push(format!("if (!ran_{program}) {{"));
-        lines.push(format!("    ran_{program} = true;"));
-        lines.push(format!("    instructions += {length};"));
-        lines.push(format!(
-            "    bid_{program} = {call};\n{}}}",
-            " ".repeat(if unless_visited.is_some() { 16 } else { 12 })
-        ));
-    } else {
-        lines.push(format!("const float bid_{program} = {call};"));
+
+    fn run(&self, bidder: &Bidder, count: bool) -> Vec<String> {
+        let program = bidder.program;
+        let call = format!(
+            "{}({})",
+            function_name(bidder.function),
+            self.arguments(bidder.function).join(", ")
+        );
+        let counted = format!("instructions += {};", bidder.instructions);
+        if bidder.cached {
+            return vec![
+                format!("if (!ran_{program}) {{"),
+                format!("    ran_{program} = true;"),
+                format!("    {counted}"),
+                format!("    bid_{program} = {call};"),
+                "}".to_owned(),
+            ];
+        }
+        let values = self.plan.values();
+        let output = bidder
+            .acts
+            .then(|| format!("float output_{program}[{values}];"));
+        let counted = count.then_some(counted);
+        let run = format!("const float bid_{program} = {call};");
+        output.into_iter().chain(counted).chain([run]).collect()
     }
-    let own = plan.own_output(program);
-    if let Some(k) = own {
-        lines.push(format!(
-            "if (!given[{k}] || bid_{program} > bests[{k}]) {{ given[{k}] = true; bests[{k}] = bid_{program}; output[{k}] = output_{program}[0]; }}"
-        ));
+
+    fn compare(&self, bidder: &Bidder) -> Vec<String> {
+        let program = bidder.program;
+        let own = bidder.own_output.map(|k| {
+            format!(
+                "if (!given[{k}] || bid_{program} > bests[{k}]) {{ given[{k}] = true; bests[{k}] = bid_{program}; output[{k}] = output_{program}[0]; }}"
+            )
+        });
+        let take = if bidder.acts && own.is_none() {
+            let outputs = self.plan.outputs;
+            format!(" for (int k = 0; k < {outputs}; k++) output[k] = output_{program}[k];")
+        } else {
+            String::new()
+        };
+        let best = format!(
+            "if (!any || bid_{program} > best) {{ any = true; best = bid_{program}; winner = {program};{take} }}"
+        );
+        own.into_iter().chain([best]).collect()
     }
-    let take = if acts && own.is_none() {
+
+    fn close_team(&self, next: &[(u16, u16)]) -> String {
+        let pad = " ".repeat(Self::INDENT);
+        if next.is_empty() {
+            return format!("{pad}goto decided;\n        }}\n");
+        }
+        let case =
+            |(winner, team): &(u16, u16)| format!("{pad}case {winner}: team = {team}; break;\n");
+        let cases: String = next.iter().map(case).collect();
         format!(
-            " for (int k = 0; k < {}; k++) output[k] = output_{program}[k];",
-            plan.outputs
+            "{pad}switch (winner) {{\n{cases}{pad}default: goto decided;\n{pad}}}\n{pad}break;\n        }}\n"
         )
-    } else {
-        String::new()
-    };
-    lines.push(format!(
-        "if (!any || bid_{program} > best) {{ any = true; best = bid_{program}; winner = {program};{take} }}"
-    ));
-    let pad = " ".repeat(12);
-    if let Some(next) = unless_visited {
-        writeln!(out, "{pad}if (!visited_{next}) {{")?;
     }
-    let inner = if unless_visited.is_some() { "    " } else { "" };
-    for line in lines {
-        writeln!(out, "{pad}{inner}{line}")?;
-    }
-    if unless_visited.is_some() {
-        writeln!(out, "{pad}}}")?;
-    }
-    Ok(())
 }

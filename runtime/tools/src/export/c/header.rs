@@ -2,12 +2,57 @@
 
 use std::fmt::{self, Write as _};
 
+use tpg_runtime::front_end::action_variables;
 use tpg_runtime::tables::Section;
 
 use super::super::plan::Plan;
 use super::super::text::letter;
+use super::super::values::sections;
 use super::perception::write_fields;
-use super::{sections, signature, write_comment};
+use super::program::C;
+use super::text::{comment, signature};
+
+/// What a caller has to know, beside names and units.
+fn contract(plan: &Plan<'_>) -> Vec<String> {
+    let mut lines = vec![
+        String::new(),
+        "An element of an observation that is not finite (NaN or infinite) counts as 0.".to_owned(),
+    ];
+    if plan.policy.front_end().is_some() {
+        lines.push("An observation of nothing but zeros counts as missing.".to_owned());
+    }
+    lines.extend(
+        [
+            "All state is in the structure that the caller passes: no global variables, no heap, no recursion, no locks.",
+            "Several threads or interrupt handlers may decide at once, each with a structure of its own.",
+            "The stack that a decision takes depends on the compiler: -fstack-usage shows it.",
+        ]
+        .map(str::to_owned),
+    );
+    lines
+}
+
+/// Bytes of the state's structure, where 64-bit numbers are aligned to 8 bytes at most.
+fn state_bytes(c: &C<'_, '_>) -> usize {
+    let plan = c.plan;
+    let mut bytes = 0;
+    if plan.is_indexed() {
+        bytes += (16 + 4 * plan.cells.len()).next_multiple_of(8);
+    }
+    for (_, team) in plan.remembering() {
+        let streams = 16 * sections(team).count();
+        bytes += (streams + 4 * team.memory_words(plan.width)).next_multiple_of(8);
+    }
+    let registers = c.kept().values().flatten();
+    bytes += 4 * registers.map(|r| r.values.len()).sum::<usize>();
+    if plan.policy.front_end().is_some() {
+        bytes += 4 * (plan.inputs + action_variables(plan.policy.header()));
+    }
+    // Instructions, winner and teams of the last decision.
+    bytes += 8;
+    let aligned = plan.is_indexed() || plan.remembering().next().is_some();
+    bytes.next_multiple_of(if aligned { 8 } else { 4 })
+}
 
 pub(super) fn write_header(
     out: &mut String,
@@ -16,7 +61,8 @@ pub(super) fn write_header(
     command: &str,
 ) -> fmt::Result {
     let upper = name.to_uppercase();
-    write_comment(out, plan, command)?;
+    let c = C::new(plan, name);
+    out.push_str(&comment(plan, command, &contract(plan)));
     writeln!(
         out,
         "#ifndef {upper}_H\n#define {upper}_H\n\n#include <stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {{\n#endif\n"
@@ -48,17 +94,28 @@ pub(super) fn write_header(
     )?;
     writeln!(
         out,
-        "/* Words of shared memory. */\n#define {upper}_MEMORY {}\n",
+        "/* Words of shared memory. */\n#define {upper}_MEMORY {}",
         plan.memory_words()
     )?;
-    for program in plan.stateful_programs() {
+    writeln!(
+        out,
+        "/* Most instructions of the policy that a decision can execute. */\n#define {upper}_WORST_INSTRUCTIONS {}",
+        plan.policy.bounds().instructions
+    )?;
+    writeln!(
+        out,
+        "/* Most bytes that the state takes. */\n#define {upper}_STATE_BYTES {}\n",
+        state_bytes(&c)
+    )?;
+    for (program, registers) in c.kept() {
         writeln!(out, "typedef struct {{")?;
-        for (section, number, _) in plan.registers(plan.program(program)) {
+        for register in registers {
             writeln!(
                 out,
-                "    float {}{number}{};",
-                letter(section),
-                size(plan, section)
+                "    float {}{}{};",
+                letter(register.section),
+                register.number,
+                size(plan, register.section)
             )?;
         }
         writeln!(out, "}} {name}_registers_{program};\n")?;
@@ -74,12 +131,13 @@ pub(super) fn write_header(
         for section in sections(team) {
             writeln!(out, "    {name}_stream {}_stream;", letter(section))?;
         }
-        for (section, slot, _) in plan.slots(team) {
+        for slot in plan.slots(team) {
             writeln!(
                 out,
-                "    float {}m{slot}{};",
-                letter(section),
-                size(plan, section)
+                "    float {}m{}{};",
+                letter(slot.section),
+                slot.number,
+                size(plan, slot.section)
             )?;
         }
         writeln!(out, "}} {name}_memory_{number};\n")?;
@@ -102,7 +160,7 @@ pub(super) fn write_header(
     for (number, _) in plan.remembering() {
         writeln!(out, "    {name}_memory_{number} team_{number};")?;
     }
-    for program in plan.stateful_programs() {
+    for program in c.kept().keys() {
         writeln!(out, "    {name}_registers_{program} program_{program};")?;
     }
     write_fields(out, plan)?;
@@ -117,6 +175,10 @@ pub(super) fn write_header(
     writeln!(
         out,
         "    uint16_t teams;        /* Teams that it visited. */\n}} {name};\n"
+    )?;
+    writeln!(
+        out,
+        "/* Compiles only where the state is as small as stated. */\ntypedef char {name}_state_fits[sizeof({name}) <= {upper}_STATE_BYTES ? 1 : -1];\n"
     )?;
     writeln!(
         out,
@@ -144,10 +206,7 @@ pub(super) fn write_header(
     } else {
         "returns the action's index"
     };
-    writeln!(
-        out,
-        "/* Decides and {returns}; non-finite elements of the observation count as 0. */"
-    )?;
+    writeln!(out, "/* Decides and {returns}. */")?;
     writeln!(out, "{};", signature(plan, name))?;
     if plan.memory_words() > 0 {
         writeln!(

@@ -6,6 +6,8 @@ use tpg_runtime::front_end::{Fallback, FrontEnd, action_variables};
 use tpg_runtime::math::LIMIT;
 
 use super::super::plan::Plan;
+use super::super::values::floats;
+use super::library::Snippet;
 use super::program::{list, number_text};
 
 /// Fields of the policy's structure.
@@ -34,26 +36,36 @@ pub(super) fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     )
 }
 
-/// The function that perceives an observation and returns the instructions that it counts as.
-pub(super) fn write_perceive(out: &mut String, plan: &Plan<'_>, name: &str) -> fmt::Result {
+/// The functions that perceive an observation; the last one returns the instructions that it counts as.
+pub(super) fn perceive(plan: &Plan<'_>, name: &str) -> Result<Vec<Snippet>, fmt::Error> {
     let Some(front_end) = plan.policy.front_end() else {
-        return Ok(());
+        return Ok(Vec::new());
     };
-    let (header, n) = (plan.policy.header(), plan.inputs);
     let limit = number_text(LIMIT);
+    let perceptible = format!(
+        "static inline float perceptible(float x) {{ return clamp(or_zero(x), -{limit}, {limit}); }}\n"
+    );
+    let mut text = String::new();
+    write_perceive(&mut text, plan, name, &front_end)?;
+    Ok([perceptible, text].map(Snippet::new).to_vec())
+}
+
+fn write_perceive(
+    out: &mut String,
+    plan: &Plan<'_>,
+    name: &str,
+    front_end: &FrontEnd<'_>,
+) -> fmt::Result {
+    let (header, n) = (plan.policy.header(), plan.inputs);
     writeln!(
         out,
-        "\nstatic inline float perceptible(float x) {{ return clamp(or_zero(x), -{limit}, {limit}); }}"
-    )?;
-    writeln!(
-        out,
-        "\nstatic uint32_t perceive({name} *self, const float *observation)\n{{"
+        "static uint32_t perceive({name} *self, const float *observation)\n{{"
     )?;
     writeln!(
         out,
         "    static const float means[{n}] = {};\n    static const float scales[{n}] = {};",
-        list(&plan.floats(front_end.means)),
-        list(&plan.floats(front_end.scales))
+        list(&floats(front_end.means)),
+        list(&floats(front_end.scales))
     )?;
     writeln!(
         out,
@@ -70,7 +82,7 @@ pub(super) fn write_perceive(out: &mut String, plan: &Plan<'_>, name: &str) -> f
             out,
             "    for (int k = 0; k < {n}; k++) self->perceived[k] = 0.0f;"
         )?,
-        Fallback::Model => write_belief(out, plan, &front_end)?,
+        Fallback::Model => write_belief(out, plan, front_end)?,
         // The exporter knows every fallback of the runtime that it is built with.
         _ => return Err(fmt::Error),
     }
@@ -85,7 +97,7 @@ fn write_belief(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> 
     let (columns, actions) = (plan.believed(), action_variables(plan.policy.header()));
     let (c, v) = (columns.len(), columns.len() + actions);
     let numbers: Vec<String> = columns.iter().map(u16::to_string).collect();
-    let coefficients = plan.floats(front_end.coefficients);
+    let coefficients = floats(front_end.coefficients);
     writeln!(
         out,
         "    static const uint16_t believed[{c}] = {{ {} }};\n    static const float coefficients[{}] = {};",

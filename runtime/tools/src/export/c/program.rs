@@ -1,142 +1,251 @@
 //! Programs as C functions: one line for each instruction.
 
-use std::fmt::{self, Write as _};
+use std::collections::BTreeMap;
 
 use tpg_runtime::isa::{Destination, Form, Op, Operand};
-use tpg_runtime::registers::Location;
-use tpg_runtime::tables::{Instruction, Program, Section};
+use tpg_runtime::tables::{Instruction, Section};
 
 use super::super::plan::{Function, Plan};
-use super::super::text::{identifier, letter, target};
-
-/// What an operation of this cost or more computes, the runtime's library computes for C too.
-const TRANSCENDENTAL: u8 = 24;
+use super::super::program::{Statement, Value, Variable, WriteProgram};
+use super::super::text::{function_name, identifier, letter, target};
+use super::super::values::Register;
+use tpg_runtime::registers::Location;
 
 /// The name of the library's function for an operation that C does not compute inline.
-///
-/// The square root is one: C's own may set `errno`, or be missing without an operating system.
 pub(super) fn external(op: Op) -> Option<String> {
+    const INLINE: [Op; 4] = [Op::Sin, Op::Cos, Op::Tan, Op::ClassicCos];
     let classic = match op.form() {
         Form::Scalar => "",
         Form::Classic => "classic_",
         _ => return None,
     };
-    let outside = op.cost().unit >= TRANSCENDENTAL || op == Op::Sqrt;
+    let outside = op.cost().unit >= TRANSCENDENTAL && !INLINE.contains(&op);
     outside.then(|| format!("tpg_math_{classic}{}", op.function()))
 }
 
-/// How many scalars an operation takes.
-pub(super) fn arity(op: Op) -> usize {
-    let operands = op
-        .operands()
-        .iter()
-        .filter(|kind| **kind != Operand::None)
-        .count();
-    operands + usize::from(op.destination() == Destination::SUpdate)
+/// Operations of this cost or more are transcendental functions.
+const TRANSCENDENTAL: u8 = 24;
+
+/// The declaration of the library's function for an operation.
+pub(super) fn declaration(op: Op) -> Option<String> {
+    let operands = op.operands().into_iter();
+    let operands = operands.filter(|kind| *kind != Operand::None).count();
+    let parameters = match operands + usize::from(op.destination() == Destination::SUpdate) {
+        2 => "float x, float y",
+        _ => "float x",
+    };
+    external(op).map(|function| format!("extern float {function}({parameters});"))
 }
 
-/// Writes the function that runs a program; types begin with `prefix`.
-pub(super) fn write_function(
-    out: &mut String,
-    plan: &Plan<'_>,
-    prefix: &str,
-    function: Function,
-) -> fmt::Result {
-    let program = plan.program(function.program);
-    let parameters = parameters(plan, prefix, function).join(", ");
-    writeln!(
-        out,
-        "\n/* Program {} -> {}. */",
-        function.program,
-        target(plan, function.program)
-    )?;
-    writeln!(
-        out,
-        "static float {}({parameters})\n{{\n    (void)x;",
-        name(function)
-    )?;
-    let registers = plan.mentioned(function.program);
-    for (section, number, values) in &registers {
-        match (plan.stateful, section) {
-            (true, Section::Scalar) => writeln!(out, "    float s{number} = r->s{number};")?,
-            (true, _) => {}
-            (false, Section::Scalar) => {
-                writeln!(out, "    float s{number} = {};", number_text(values[0]))?;
+/// C for a plan; types begin with `prefix`.
+pub(super) struct C<'a, 'p> {
+    pub(super) plan: &'a Plan<'p>,
+    pub(super) prefix: &'a str,
+    /// The registers that outlive a decision, by program.
+    kept: BTreeMap<u16, Vec<Register>>,
+}
+
+impl<'a, 'p> C<'a, 'p> {
+    pub(super) fn new(plan: &'a Plan<'p>, prefix: &'a str) -> Self {
+        let mut kept = BTreeMap::new();
+        for program in plan.stateful_programs() {
+            let mut registers = plan.registers(program);
+            // What is never written is a constant, and what is never read need not be kept.
+            registers.retain(|register| register.written && register.read);
+            if !registers.is_empty() {
+                kept.insert(program, registers);
             }
-            (false, _) => writeln!(
-                out,
-                "    float {}{number}[{}] = {};",
-                letter(*section),
+        }
+        C { plan, prefix, kept }
+    }
+
+    /// The programs that have registers to keep, with these registers.
+    pub(super) fn kept(&self) -> &BTreeMap<u16, Vec<Register>> {
+        &self.kept
+    }
+
+    fn keeps(&self, program: u16, section: Section, number: usize) -> bool {
+        let mut kept = self.kept.get(&program).into_iter().flatten();
+        kept.any(|register| register.section == section && register.number == number)
+    }
+
+    /// What a team passes to the function.
+    pub(super) fn arguments(&self, function: Function) -> Vec<String> {
+        let mut arguments = vec!["x".to_owned()];
+        if self.kept.contains_key(&function.program) {
+            arguments.push(format!("&self->program_{}", function.program));
+        }
+        if let Some(team) = function.team {
+            arguments.push(format!("&self->team_{team}"));
+        }
+        if self.plan.uses_cells(function.program) {
+            arguments.push("&self->indexed".to_owned());
+        }
+        if self.plan.acts(function.program) {
+            arguments.push(format!("output_{}", function.program));
+        }
+        arguments
+    }
+
+    /// A register of more than one word: one that is kept stays where it is.
+    fn whole(&self, program: u16, section: Section, number: usize) -> String {
+        let kept = self.keeps(program, section, number);
+        let owner = if kept { "r->" } else { "" };
+        format!("{owner}{}{number}", letter(section))
+    }
+
+    fn scalar(&self, program: u16, at: Location) -> String {
+        match at {
+            Location::Window(k) => format!("x[{k}]"),
+            Location::Scalar(k) => format!("s{k}"),
+            Location::Vector(v, k) => format!("{}[{k}]", self.whole(program, Section::Vector, v)),
+            Location::Matrix(m, k) => format!("{}[{k}]", self.whole(program, Section::Matrix, m)),
+        }
+    }
+
+    fn variable(&self, program: u16, variable: Variable) -> String {
+        match variable {
+            Variable::Vector(Location::Window(k)) | Variable::Matrix(Location::Window(k)) => {
+                format!("x + {k}")
+            }
+            Variable::Vector(Location::Vector(k, _)) => self.whole(program, Section::Vector, k),
+            Variable::Matrix(Location::Matrix(k, _)) => self.whole(program, Section::Matrix, k),
+            Variable::Scalar(at) | Variable::Vector(at) | Variable::Matrix(at) => {
+                self.scalar(program, at)
+            }
+        }
+    }
+}
+
+impl WriteProgram for C<'_, '_> {
+    fn head(&self, function: Function) -> String {
+        let (plan, prefix, program) = (self.plan, self.prefix, function.program);
+        let mut parameters = vec!["const float *TPG_RESTRICT x".to_owned()];
+        if self.kept.contains_key(&program) {
+            parameters.push(format!("{prefix}_registers_{program} *TPG_RESTRICT r"));
+        }
+        if let Some(team) = function.team {
+            parameters.push(format!("{prefix}_memory_{team} *TPG_RESTRICT memory"));
+        }
+        if plan.uses_cells(program) {
+            parameters.push(format!("{prefix}_indexed *TPG_RESTRICT indexed"));
+        }
+        if plan.acts(program) {
+            parameters.push("float *TPG_RESTRICT output".to_owned());
+        }
+        format!(
+            "/* Program {program} -> {}. */\nstatic float {}({})\n{{\n    (void)x;\n",
+            target(plan, program),
+            function_name(function),
+            parameters.join(", ")
+        )
+    }
+
+    fn declaration(&self, function: Function, register: &Register) -> String {
+        let Register {
+            section,
+            number,
+            values,
+            ..
+        } = register;
+        let kept = self.keeps(function.program, *section, *number);
+        let name = format!("{}{number}", letter(*section));
+        match (section, kept) {
+            (Section::Scalar, true) => format!("    float {name} = r->{name};\n"),
+            (_, true) => String::new(),
+            (Section::Scalar, false) => {
+                let constant = if register.written { "" } else { "const " };
+                format!("    {constant}float {name} = {};\n", number_text(values[0]))
+            }
+            (_, false) => {
+                let constant = if register.written {
+                    ""
+                } else {
+                    "static const "
+                };
+                let (n, values) = (values.len(), list(values));
+                format!("    {constant}float {name}[{n}] = {values};\n")
+            }
+        }
+    }
+
+    fn statement(&self, function: Function, i: &Instruction, statement: &Statement) -> String {
+        let program = function.program;
+        let (register, value) = match statement {
+            Statement::WriteSlot(section, value) => {
+                let value = self.variable(program, *value);
+                let (letter, team) = (letter(*section), function.team.unwrap_or_default());
+                return format!("write_{letter}_in_team_{team}(memory, {value});");
+            }
+            Statement::WriteCells => {
+                return "{ const float all[8] = { s0, s1, s2, s3, s4, s5, s6, s7 }; write_cells(indexed, all); }".to_owned();
+            }
+            Statement::Set(register, value) => (*register, value),
+        };
+        let d = self.variable(program, register);
+        let size = match register {
+            Variable::Scalar(_) => None,
+            Variable::Vector(_) => Some("W"),
+            Variable::Matrix(_) => Some("W * W"),
+        };
+        match (value, size) {
+            (Value::Cell(cell), _) => format!("{d} = indexed->cells[{cell}];"),
+            (Value::SlotElement(section, slot, at), _) => {
+                let element = match section {
+                    Section::Scalar => String::new(),
+                    _ => format!("[{at}]"),
+                };
+                format!("{d} = memory->{}m{slot}{element};", letter(*section))
+            }
+            (Value::Slot(section, slot), size) => {
+                let slot = format!("memory->{}m{slot}", letter(*section));
+                format!("copy({d}, {slot}, {});", size.unwrap_or("1"))
+            }
+            (Value::Constants(values), None) => format!("{d} = {};", number_text(values[0])),
+            (Value::Constants(values), Some(size)) => format!(
+                "{{ static const float c[{}] = {}; copy({d}, c, {size}); }}",
                 values.len(),
                 list(values)
-            )?,
+            ),
+            (Value::Copy(variable), _) => format!("{d} = {};", self.variable(program, *variable)),
+            (Value::Result(arguments), size) => {
+                let arguments = arguments.iter().map(|x| self.variable(program, *x));
+                let place = size.is_some().then(|| d.clone());
+                let arguments: Vec<String> = place.into_iter().chain(arguments).collect();
+                let function = external(i.op).unwrap_or_else(|| format!("op_{}", identifier(i.op)));
+                let call = format!("{function}({});", arguments.join(", "));
+                match size {
+                    None => format!("{d} = {call}"),
+                    Some(_) => call,
+                }
+            }
         }
     }
-    for instruction in plan.code(function.program) {
-        if let Some(line) = statement(plan, function, program, &instruction) {
-            writeln!(out, "    {line}")?;
-        }
-    }
-    if plan.stateful {
-        for (_, number, _) in registers
-            .iter()
-            .filter(|(section, ..)| *section == Section::Scalar)
-        {
-            writeln!(out, "    r->s{number} = s{number};")?;
-        }
-    }
-    if plan.acts(function.program) {
-        for k in 0..plan.values() {
-            let value = scalar(plan, program, program.output + k as u16);
-            writeln!(out, "    output[{k}] = {value};")?;
-        }
-    }
-    writeln!(out, "    return s0;\n}}")
-}
 
-pub(super) fn name(function: Function) -> String {
-    match function.team {
-        Some(team) => format!("program_{}_in_team_{team}", function.program),
-        None => format!("program_{}", function.program),
+    fn keep(&self, function: Function, registers: &[Register]) -> String {
+        let scalars = registers.iter().filter(|r| r.section == Section::Scalar);
+        let line = |register: &Register| {
+            let number = register.number;
+            if self.keeps(function.program, Section::Scalar, number) {
+                format!("    r->s{number} = s{number};\n")
+            } else if register.read {
+                String::new()
+            } else {
+                format!("    (void)s{number};\n")
+            }
+        };
+        scalars.map(line).collect()
     }
-}
 
-fn parameters(plan: &Plan<'_>, prefix: &str, function: Function) -> Vec<String> {
-    let mut parameters = vec!["const float *restrict x".to_owned()];
-    if plan.stateful {
-        parameters.push(format!(
-            "{prefix}_registers_{} *restrict r",
-            function.program
-        ));
+    fn end(&self, function: Function, output: Option<Vec<Location>>) -> String {
+        let output = output.into_iter().flatten().enumerate();
+        let mut text = String::new();
+        for (k, at) in output {
+            let value = self.scalar(function.program, at);
+            text.push_str(&format!("    output[{k}] = {value};\n"));
+        }
+        text + "    return s0;\n}\n"
     }
-    if let Some(team) = function.team {
-        parameters.push(format!("{prefix}_memory_{team} *restrict memory"));
-    }
-    if plan.uses_cells(function.program) {
-        parameters.push(format!("{prefix}_indexed *restrict indexed"));
-    }
-    if plan.acts(function.program) {
-        parameters.push("float *restrict output".to_owned());
-    }
-    parameters
-}
-
-/// What a team passes to the function.
-pub(super) fn arguments(plan: &Plan<'_>, function: Function) -> Vec<String> {
-    let mut arguments = vec!["x".to_owned()];
-    if plan.stateful {
-        arguments.push(format!("&self->program_{}", function.program));
-    }
-    if let Some(team) = function.team {
-        arguments.push(format!("&self->team_{team}"));
-    }
-    if plan.uses_cells(function.program) {
-        arguments.push("&self->indexed".to_owned());
-    }
-    if plan.acts(function.program) {
-        arguments.push(format!("output_{}", function.program));
-    }
-    arguments
 }
 
 /// A float in hexadecimal notation, which every compiler reads back as the same bits.
@@ -159,136 +268,8 @@ pub(super) fn list(values: &[f32]) -> String {
     format!("{{ {} }}", values.join(", "))
 }
 
-/// A register of more than one word: those of stateful programs stay where they are.
-fn wide(plan: &Plan<'_>, letter: char, number: usize) -> String {
-    let owner = if plan.stateful { "r->" } else { "" };
-    format!("{owner}{letter}{number}")
-}
-
-fn scalar(plan: &Plan<'_>, program: &Program, at: u16) -> String {
-    match plan.locate(program, at) {
-        Location::Window(k) => format!("x[{k}]"),
-        Location::Scalar(k) => format!("s{k}"),
-        Location::Vector(v, k) => format!("{}[{k}]", wide(plan, 'v', v)),
-        Location::Matrix(m, k) => format!("{}[{k}]", wide(plan, 'm', m)),
-    }
-}
-
-fn operand(plan: &Plan<'_>, program: &Program, kind: Operand, at: u16) -> Option<String> {
-    Some(match (kind, plan.locate(program, at)) {
-        (Operand::None, _) => return None,
-        (Operand::V | Operand::M, Location::Window(k)) => format!("x + {k}"),
-        (Operand::V, Location::Vector(k, _)) => wide(plan, 'v', k),
-        (Operand::M, Location::Matrix(k, _)) => wide(plan, 'm', k),
-        _ => scalar(plan, program, at),
-    })
-}
-
-fn words(plan: &Plan<'_>, section: Section) -> &'static str {
-    match section.slot_words(plan.width) {
-        _ if section == Section::Vector => "W",
-        _ => "W * W",
-    }
-}
-
-fn statement(
-    plan: &Plan<'_>,
-    function: Function,
-    program: &Program,
-    i: &Instruction,
-) -> Option<String> {
-    let op = i.op;
-    let team = function
-        .team
-        .map(|team| &plan.teams[usize::from(team)].record);
-    let keeps = |section| team.is_some_and(|team| team.kept(section) != 0);
-    let d = match (op.destination(), plan.locate(program, i.d)) {
-        (Destination::V, Location::Vector(k, _)) => wide(plan, 'v', k),
-        (Destination::M, Location::Matrix(k, _)) => wide(plan, 'm', k),
-        _ => scalar(plan, program, i.d),
-    };
-    match (op.form(), op.section()) {
-        (Form::Move, _) if op.operands()[0] == Operand::Cell => {
-            return Some(format!("{d} = indexed->cells[{}];", plan.cell(i.a)));
-        }
-        (Form::Read, Some(section)) => {
-            let element = match section {
-                Section::Scalar => String::new(),
-                _ => format!("[{}]", i.b),
-            };
-            return Some(format!(
-                "{d} = memory->{}m{}{element};",
-                letter(section),
-                i.a
-            ));
-        }
-        (Form::ReadWhole, Some(section)) => {
-            let slot = format!("memory->{}m{}", letter(section), i.a);
-            return Some(format!("copy({d}, {slot}, {});", words(plan, section)));
-        }
-        (Form::Write, Some(section)) => {
-            let value = operand(plan, program, op.operands()[0], i.a)?;
-            let (letter, team) = (letter(section), function.team.unwrap_or_default());
-            return keeps(section)
-                .then(|| format!("write_{letter}_in_team_{team}(memory, {value});"));
-        }
-        (Form::WriteCells, _) => {
-            let all = "write_cells(indexed, (const float[8]){ s0, s1, s2, s3, s4, s5, s6, s7 });";
-            return (!plan.cells.is_empty()).then(|| all.to_owned());
-        }
-        (Form::Reload, _) => return Some(reload(plan, program, i, &d)),
-        _ => {}
-    }
-    let operands = op.operands().into_iter().zip([i.a, i.b]);
-    let mut arguments: Vec<String> = operands
-        .filter_map(|(kind, at)| operand(plan, program, kind, at))
-        .collect();
-    let returned = match op.destination() {
-        Destination::SUpdate => {
-            arguments.insert(0, d.clone());
-            true
-        }
-        Destination::S => true,
-        Destination::V | Destination::M | Destination::None => {
-            arguments.insert(0, d.clone());
-            false
-        }
-    };
-    let arguments = arguments.join(", ");
-    let call = match (op.form(), external(op)) {
-        (Form::Move, _) => arguments,
-        (_, Some(function)) => format!("{function}({arguments})"),
-        _ => format!("op_{}({arguments})", identifier(op)),
-    };
-    Some(if returned {
-        format!("{d} = {call};")
-    } else {
-        format!("{call};")
-    })
-}
-
-fn reload(plan: &Plan<'_>, program: &Program, i: &Instruction, d: &str) -> String {
-    let (section, number) = match plan.locate(program, i.d) {
-        Location::Vector(k, _) => (Section::Vector, k),
-        Location::Matrix(k, _) => (Section::Matrix, k),
-        Location::Scalar(k) | Location::Window(k) => (Section::Scalar, k),
-    };
-    let registers = plan.registers(program).into_iter();
-    let mut same = registers.filter(|(kind, k, _)| (*kind, *k) == (section, number));
-    let values = same.next().map(|(_, _, values)| values).unwrap_or_default();
-    match section {
-        Section::Scalar => format!("{d} = {};", list(&values).trim_matches(['{', '}', ' '])),
-        _ => format!(
-            "{{ static const float c[{}] = {}; copy({d}, c, {}); }}",
-            values.len(),
-            list(&values),
-            words(plan, section)
-        ),
-    }
-}
-
-/// Writes a function for an operation on vectors or matrices, under its mnemonic.
-pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
+/// A function for an operation on vectors or matrices, under its mnemonic.
+pub(super) fn helper(op: Op) -> Option<String> {
     let name = identifier(op);
     let [a, b] = op.operands();
     // Functions of the whole operands are written by hand; scalar ones too.
@@ -313,7 +294,7 @@ pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
         Form::Fill => each("a"),
         Form::FillRows => square("a[c]"),
         Form::FillColumns => square("a[r]"),
-        _ => return Ok(()),
+        _ => return None,
     };
     let kind = |operand| {
         if operand == Operand::S {
@@ -332,9 +313,8 @@ pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
     } else {
         ("void", "float *d, ")
     };
-    writeln!(
-        out,
-        "\nstatic inline {returns} op_{name}({first}{}a{second})\n{{\n    {body}\n}}",
+    Some(format!(
+        "static inline {returns} op_{name}({first}{}a{second})\n{{\n    {body}\n}}\n",
         kind(a)
-    )
+    ))
 }

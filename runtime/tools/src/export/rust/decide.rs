@@ -1,12 +1,11 @@
 //! The walk over teams in Rust.
 
-use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
-use tpg_runtime::tables::{Target, TeamId};
-
-use super::super::plan::{Member, Plan, TeamPlan};
-use super::program::{arguments, name, number};
+use super::super::decision::{Bidder, WriteDecision, write_teams};
+use super::super::plan::Plan;
+use super::super::text::function_name;
+use super::program::{Rust, arguments, number};
 
 /// Fills a window that is longer than the observation.
 const CYCLIC_WINDOW: &str = "        let (first, rest) = x.split_at_mut(INPUTS);
@@ -87,9 +86,7 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         out,
         "            let mut best = f32::NEG_INFINITY;\n            team = match team {{"
     )?;
-    for (number, team) in plan.reached() {
-        write_team(out, plan, number, team)?;
-    }
+    write_teams(out, plan, &Rust(plan));
     writeln!(
         out,
         "                _ => break,\n            }};\n        }}"
@@ -98,17 +95,9 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         let (low, high) = (number(header.action_low), number(header.action_high));
         format!("math::map(&output, |x| math::clamp(x, {low}, {high}))")
     } else {
-        let actions =
-            plan.functions()
-                .into_iter()
-                .filter_map(|f| match plan.program(f.program).target {
-                    Target::Atomic(action) if action != 0 => {
-                        Some(format!("{} => {action}", f.program))
-                    }
-                    _ => None,
-                });
-        let distinct: BTreeSet<String> = actions.collect();
-        let arms: Vec<String> = distinct.into_iter().chain(["_ => 0".to_owned()]).collect();
+        let actions = plan.actions().into_iter();
+        let arms = actions.map(|(program, action)| format!("{program} => {action}"));
+        let arms: Vec<String> = arms.chain(["_ => 0".to_owned()]).collect();
         format!("match winner {{ {} }}", arms.join(", "))
     };
     writeln!(out, "        let action = {action};")?;
@@ -127,100 +116,73 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     )
 }
 
-fn write_team(out: &mut String, plan: &Plan<'_>, number: u16, team: &TeamPlan) -> fmt::Result {
-    let pad = " ".repeat(20);
-    writeln!(out, "                {number} => {{")?;
-    if plan.marked.contains(&number) {
-        writeln!(out, "{pad}visited_{number} = true;")?;
+impl WriteDecision for Rust<'_, '_> {
+    const INDENT: usize = 20;
+
+    fn open_team(&self, team: u16) -> String {
+        format!("                {team} => {{\n")
     }
-    let always = |m: &&Member| m.unless_visited.is_none() && !plan.cached.contains(&m.program);
-    let certain: u32 = team
-        .members
-        .iter()
-        .filter(always)
-        .map(|m| u32::from(plan.program(m.program).code_len))
-        .sum();
-    writeln!(out, "{pad}instructions += {certain};")?;
-    for member in &team.members {
-        write_member(out, plan, number, *member)?;
+
+    fn unless_visited(&self, team: u16) -> String {
+        format!("if !visited_{team} {{")
     }
-    let next: Vec<String> = team
-        .members
-        .iter()
-        .filter_map(|m| match plan.program(m.program).target {
-            Target::Team(TeamId(next)) => Some(format!("{} => {next}", m.program)),
-            Target::Atomic(_) => None,
-        })
-        .collect();
-    if next.is_empty() {
-        writeln!(out, "{pad}break\n                }}")
-    } else {
-        writeln!(
-            out,
-            "{pad}match winner {{ {}, _ => break }}\n                }}",
-            next.join(", ")
+
+    fn run(&self, bidder: &Bidder, count: bool) -> Vec<String> {
+        let program = bidder.program;
+        let call = format!(
+            "{}({})",
+            function_name(bidder.function),
+            arguments(self.0, bidder.function).join(", ")
+        );
+        let results = if bidder.acts {
+            format!("(bid_{program}, output_{program})")
+        } else {
+            format!("bid_{program}")
+        };
+        let counted = format!("instructions += {};", bidder.instructions);
+        if bidder.cached {
+            return vec![
+                format!("if bid_{program}.is_nan() {{"),
+                format!("    {counted}"),
+                format!("    {results} = {call};"),
+                "}".to_owned(),
+            ];
+        }
+        let counted = count.then_some(counted);
+        let run = format!("let {results} = {call};");
+        counted.into_iter().chain([run]).collect()
+    }
+
+    fn compare(&self, bidder: &Bidder) -> Vec<String> {
+        let program = bidder.program;
+        let own = bidder.own_output.map(|k| {
+            format!(
+                "if bid_{program} > bests[{k}] {{ bests[{k}] = bid_{program}; output[{k}] = output_{program}[0]; }}"
+            )
+        });
+        let take = if bidder.acts && own.is_none() {
+            format!(" output = output_{program};")
+        } else {
+            String::new()
+        };
+        let best = format!(
+            "if bid_{program} > best {{ best = bid_{program}; winner = {program};{take} }}"
+        );
+        own.into_iter().chain([best]).collect()
+    }
+
+    fn close_team(&self, next: &[(u16, u16)]) -> String {
+        let pad = " ".repeat(Self::INDENT);
+        if next.is_empty() {
+            return format!("{pad}break\n                }}\n");
+        }
+        let arms = next
+            .iter()
+            .map(|(winner, team)| format!("{winner} => {team}"));
+        let arms: Vec<String> = arms.collect();
+        format!(
+            "{pad}match winner {{ {}, _ => break }}\n                }}\n",
+            arms.join(", ")
         )
     }
-}
-
-fn write_member(out: &mut String, plan: &Plan<'_>, team: u16, member: Member) -> fmt::Result {
-    let Member {
-        program,
-        unless_visited,
-    } = member;
-    let function = plan.function(program, team);
-    let call = format!(
-        "{}({})",
-        name(function),
-        arguments(plan, function).join(", ")
-    );
-    let (acts, cached) = (plan.acts(program), plan.cached.contains(&program));
-    let length = plan.program(program).code_len;
-    let mut lines = Vec::new();
-    if !cached && unless_visited.is_some() {
-        lines.push(format!("instructions += {length};"));
-    }
-    match (cached, acts) {
-        (true, _) => {
-            let places = if acts {
-                format!("(bid_{program}, output_{program})")
-            } else {
-                format!("bid_{program}")
-            };
-            lines.push(format!("if bid_{program}.is_nan() {{"));
-            lines.push(format!(
-                "    instructions += {length};\n{}    {places} = {call};",
-                " ".repeat(20)
-            ));
-            lines.push("}".to_owned());
-        }
-        (false, true) => lines.push(format!("let (bid_{program}, output_{program}) = {call};")),
-        (false, false) => lines.push(format!("let bid_{program} = {call};")),
-    }
-    let own = plan.own_output(program);
-    if let Some(k) = own {
-        lines.push(format!(
-            "if bid_{program} > bests[{k}] {{ bests[{k}] = bid_{program}; output[{k}] = output_{program}[0]; }}"
-        ));
-    }
-    let take = if acts && own.is_none() {
-        format!(" output = output_{program};")
-    } else {
-        String::new()
-    };
-    lines.push(format!(
-        "if bid_{program} > best {{ best = bid_{program}; winner = {program};{take} }}"
-    ));
-    let pad = " ".repeat(20);
-    if let Some(next) = unless_visited {
-        writeln!(out, "{pad}if !visited_{next} {{")?;
-    }
-    let inner = if unless_visited.is_some() { "    " } else { "" };
-    for line in lines {
-        writeln!(out, "{pad}{inner}{line}")?;
-    }
-    if unless_visited.is_some() {
-        writeln!(out, "{pad}}}")?;
-    }
-    Ok(())
 }

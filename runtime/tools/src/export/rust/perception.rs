@@ -5,6 +5,7 @@ use std::fmt::{self, Write as _};
 use tpg_runtime::front_end::{Fallback, FrontEnd, action_variables};
 
 use super::super::plan::Plan;
+use super::super::values::floats;
 use super::program::list;
 
 /// The tables of a front end, and what it perceived last.
@@ -18,8 +19,8 @@ pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result
     writeln!(
         out,
         "\nconst MEANS: [f32; INPUTS] = {};\nconst SCALES: [f32; INPUTS] = {};",
-        list(&plan.floats(front_end.means)),
-        list(&plan.floats(front_end.scales))
+        list(&floats(front_end.means)),
+        list(&floats(front_end.scales))
     )?;
     if front_end.fallback == Fallback::Model {
         let coefficients: Vec<String> = (front_end.coefficients.iter())

@@ -3,84 +3,119 @@
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::isa::{Destination, Form, Op, Operand};
-use tpg_runtime::registers::Location;
-use tpg_runtime::tables::{Instruction, Program, Section, Target};
+use tpg_runtime::tables::{Instruction, Section};
 
 use super::super::plan::{Function, Plan};
-use super::super::text::{identifier, letter, target};
+use super::super::program::{Statement, Value, Variable, WriteProgram};
+use super::super::text::{function_name, identifier, letter, target};
+use super::super::values::Register;
+use tpg_runtime::registers::Location;
 
-/// Writes the function that runs a program.
-pub(super) fn write_function(out: &mut String, plan: &Plan<'_>, function: Function) -> fmt::Result {
-    let program = plan.program(function.program);
-    let output = output(plan, program);
-    let returns = if output.is_some() {
-        "(f32, Output)"
-    } else {
-        "f32"
-    };
-    writeln!(
-        out,
-        "\n/// Program {} -> {}.",
-        function.program,
-        target(plan, function.program)
-    )?;
-    writeln!(
-        out,
-        "fn {}({}) -> {returns} {{",
-        name(function),
-        parameters(plan, function).join(", ")
-    )?;
-    let registers = plan.mentioned(function.program);
-    for (section, number, values) in &registers {
-        match (plan.stateful, section) {
-            (true, Section::Scalar) => writeln!(out, "    let mut s{number} = r.s{number};")?,
-            (true, _) => {}
-            (false, _) => writeln!(
-                out,
-                "    let mut {}{number} = {};",
-                letter(*section),
-                literal(plan, *section, values)
-            )?,
+/// Rust for a plan.
+pub(super) struct Rust<'a, 'p>(pub(super) &'a Plan<'p>);
+
+impl WriteProgram for Rust<'_, '_> {
+    fn head(&self, function: Function) -> String {
+        let plan = self.0;
+        let mut parameters = vec!["x: &Window".to_owned()];
+        if plan.stateful {
+            parameters.push(format!("r: &mut Registers{}", function.program));
+        }
+        if let Some(team) = function.team {
+            parameters.push(format!("memory: &mut Memory{team}"));
+        }
+        if plan.uses_cells(function.program) {
+            parameters.push("indexed: &mut Indexed".to_owned());
+        }
+        let acts = plan.acts(function.program);
+        format!(
+            "\n/// Program {} -> {}.\nfn {}({}) -> {} {{\n",
+            function.program,
+            target(plan, function.program),
+            function_name(function),
+            parameters.join(", "),
+            if acts { "(f32, Output)" } else { "f32" }
+        )
+    }
+
+    fn declaration(&self, _: Function, register: &Register) -> String {
+        let (section, number) = (register.section, register.number);
+        match (self.0.stateful, section) {
+            (true, Section::Scalar) => format!("    let mut s{number} = r.s{number};\n"),
+            (true, _) => String::new(),
+            (false, _) => format!(
+                "    let mut {}{number} = {};\n",
+                letter(section),
+                literal(self.0, section, &register.values)
+            ),
         }
     }
-    for instruction in plan.code(function.program) {
-        if let Some(line) = statement(plan, function, program, &instruction) {
-            writeln!(out, "    {line}")?;
-        }
-    }
-    if plan.stateful {
-        for (_, number, _) in registers
-            .iter()
-            .filter(|(section, ..)| *section == Section::Scalar)
-        {
-            writeln!(out, "    r.s{number} = s{number};")?;
-        }
-    }
-    match output {
-        Some(output) => writeln!(out, "    (s0, [{}])\n}}", output.join(", ")),
-        None => writeln!(out, "    s0\n}}"),
-    }
-}
 
-pub(super) fn name(function: Function) -> String {
-    match function.team {
-        Some(team) => format!("program_{}_in_team_{team}", function.program),
-        None => format!("program_{}", function.program),
+    fn statement(&self, _: Function, i: &Instruction, statement: &Statement) -> String {
+        let plan = self.0;
+        let (register, value) = match statement {
+            Statement::WriteSlot(section, value) => {
+                let value = argument(plan, *value);
+                return format!("memory.write_{}({value});", letter(*section));
+            }
+            Statement::WriteCells => {
+                return "indexed.write([s0, s1, s2, s3, s4, s5, s6, s7]);".to_owned();
+            }
+            Statement::Set(register, value) => (register, value),
+        };
+        let value = match value {
+            Value::Cell(cell) => format!("indexed.cells[{cell}]"),
+            Value::SlotElement(section, slot, at) => {
+                let (row, column) = (usize::from(*at) / plan.width, usize::from(*at) % plan.width);
+                let element = match section {
+                    Section::Scalar => String::new(),
+                    Section::Vector => format!("[{at}]"),
+                    Section::Matrix => format!("[{row}][{column}]"),
+                };
+                format!("memory.{}m{slot}{element}", letter(*section))
+            }
+            Value::Slot(section, slot) => format!("memory.{}m{slot}", letter(*section)),
+            Value::Constants(values) => {
+                let section = match register {
+                    Variable::Scalar(_) => Section::Scalar,
+                    Variable::Vector(_) => Section::Vector,
+                    Variable::Matrix(_) => Section::Matrix,
+                };
+                literal(plan, section, values)
+            }
+            Value::Copy(variable) => argument(plan, *variable),
+            Value::Result(arguments) => {
+                let arguments: Vec<String> = arguments.iter().map(|x| argument(plan, *x)).collect();
+                let function = match i.op.form() {
+                    Form::Scalar => format!("math::{}", i.op.function()),
+                    Form::Classic => format!("math::classic::{}", i.op.function()),
+                    _ => identifier(i.op),
+                };
+                format!("{function}({})", arguments.join(", "))
+            }
+        };
+        let register = match register {
+            Variable::Vector(Location::Vector(k, _)) => whole(plan, 'v', *k),
+            Variable::Matrix(Location::Matrix(k, _)) => whole(plan, 'm', *k),
+            Variable::Scalar(at) | Variable::Vector(at) | Variable::Matrix(at) => scalar(plan, *at),
+        };
+        format!("{register} = {value};")
     }
-}
 
-fn parameters(plan: &Plan<'_>, function: Function) -> Vec<String> {
-    let mut parameters = vec!["x: &Window".to_owned()];
-    if plan.stateful {
-        parameters.push(format!("r: &mut Registers{}", function.program));
+    fn keep(&self, _: Function, registers: &[Register]) -> String {
+        let scalars = registers.iter().filter(|r| r.section == Section::Scalar);
+        let kept = scalars.filter(|_| self.0.stateful);
+        kept.map(|r| format!("    r.s{0} = s{0};\n", r.number))
+            .collect()
     }
-    if let Some(team) = function.team {
-        parameters.push(format!("memory: &mut Memory{team}"));
+
+    fn end(&self, _: Function, output: Option<Vec<Location>>) -> String {
+        let Some(output) = output else {
+            return "    s0\n}\n".to_owned();
+        };
+        let output: Vec<String> = output.into_iter().map(|at| scalar(self.0, at)).collect();
+        format!("    (s0, [{}])\n}}\n", output.join(", "))
     }
-    if plan.uses_cells(function.program) {
-        parameters.push("indexed: &mut Indexed".to_owned());
-    }
-    parameters
 }
 
 /// What a team passes to the function.
@@ -96,15 +131,6 @@ pub(super) fn arguments(plan: &Plan<'_>, function: Function) -> Vec<String> {
         arguments.push("&mut self.indexed".to_owned());
     }
     arguments
-}
-
-/// The words of a continuous action, if the program has one.
-fn output(plan: &Plan<'_>, program: &Program) -> Option<Vec<String>> {
-    let acts = matches!(program.target, Target::Atomic(_));
-    (acts && plan.outputs > 0).then(|| {
-        let place = |k: usize| scalar(plan, program, program.output + k as u16);
-        (0..plan.values()).map(place).collect()
-    })
 }
 
 /// A float that the compiler reads back as the same bits.
@@ -133,117 +159,31 @@ pub(super) fn literal(plan: &Plan<'_>, section: Section, values: &[f32]) -> Stri
 }
 
 /// A register of more than one word: those of stateful programs stay where they are.
-fn wide(plan: &Plan<'_>, letter: char, number: usize) -> String {
+fn whole(plan: &Plan<'_>, letter: char, number: usize) -> String {
     let owner = if plan.stateful { "r." } else { "" };
     format!("{owner}{letter}{number}")
 }
 
-fn scalar(plan: &Plan<'_>, program: &Program, at: u16) -> String {
-    match plan.locate(program, at) {
+fn scalar(plan: &Plan<'_>, at: Location) -> String {
+    match at {
         Location::Window(k) => format!("x[{k}]"),
         Location::Scalar(k) => format!("s{k}"),
-        Location::Vector(v, k) => format!("{}[{k}]", wide(plan, 'v', v)),
+        Location::Vector(v, k) => format!("{}[{k}]", whole(plan, 'v', v)),
         Location::Matrix(m, k) => {
             let (row, column) = (k / plan.width, k % plan.width);
-            format!("{}[{row}][{column}]", wide(plan, 'm', m))
+            format!("{}[{row}][{column}]", whole(plan, 'm', m))
         }
     }
 }
 
-fn operand(plan: &Plan<'_>, program: &Program, kind: Operand, at: u16) -> Option<String> {
-    let place = plan.locate(program, at);
-    Some(match (kind, place) {
-        (Operand::None, _) => return None,
-        (Operand::V, Location::Window(k)) => format!("&vector(x, {k})"),
-        (Operand::M, Location::Window(k)) => format!("&matrix(x, {k})"),
-        (Operand::V, Location::Vector(k, _)) => format!("&{}", wide(plan, 'v', k)),
-        (Operand::M, Location::Matrix(k, _)) => format!("&{}", wide(plan, 'm', k)),
-        _ => scalar(plan, program, at),
-    })
-}
-
-fn destination(plan: &Plan<'_>, program: &Program, kind: Destination, at: u16) -> String {
-    match (kind, plan.locate(program, at)) {
-        (Destination::V, Location::Vector(k, _)) => wide(plan, 'v', k),
-        (Destination::M, Location::Matrix(k, _)) => wide(plan, 'm', k),
-        _ => scalar(plan, program, at),
+fn argument(plan: &Plan<'_>, variable: Variable) -> String {
+    match variable {
+        Variable::Vector(Location::Window(k)) => format!("&vector(x, {k})"),
+        Variable::Matrix(Location::Window(k)) => format!("&matrix(x, {k})"),
+        Variable::Vector(Location::Vector(k, _)) => format!("&{}", whole(plan, 'v', k)),
+        Variable::Matrix(Location::Matrix(k, _)) => format!("&{}", whole(plan, 'm', k)),
+        Variable::Scalar(at) | Variable::Vector(at) | Variable::Matrix(at) => scalar(plan, at),
     }
-}
-
-fn statement(
-    plan: &Plan<'_>,
-    function: Function,
-    program: &Program,
-    i: &Instruction,
-) -> Option<String> {
-    let op = i.op;
-    let team = function
-        .team
-        .map(|team| &plan.teams[usize::from(team)].record);
-    let keeps = |section| team.is_some_and(|team| team.kept(section) != 0);
-    // What lies in memory has operands that are no state offsets.
-    let to_register = |value: String| {
-        let d = destination(plan, program, op.destination(), i.d);
-        Some(format!("{d} = {value};"))
-    };
-    match (op.form(), op.section()) {
-        (Form::Move, _) if op.operands()[0] == Operand::Cell => {
-            return to_register(format!("indexed.cells[{}]", plan.cell(i.a)));
-        }
-        (Form::Read, Some(section)) => {
-            let element = match section {
-                Section::Scalar => String::new(),
-                Section::Vector => format!("[{}]", i.b),
-                Section::Matrix => format!(
-                    "[{}][{}]",
-                    usize::from(i.b) / plan.width,
-                    usize::from(i.b) % plan.width
-                ),
-            };
-            return to_register(format!("memory.{}m{}{element}", letter(section), i.a));
-        }
-        (Form::ReadWhole, Some(section)) => {
-            return to_register(format!("memory.{}m{}", letter(section), i.a));
-        }
-        (Form::Write, Some(section)) => {
-            let value = operand(plan, program, op.operands()[0], i.a)?;
-            return keeps(section).then(|| format!("memory.write_{}({value});", letter(section)));
-        }
-        (Form::WriteCells, _) => {
-            let all = "indexed.write([s0, s1, s2, s3, s4, s5, s6, s7]);";
-            return (!plan.cells.is_empty()).then(|| all.to_owned());
-        }
-        (Form::Reload, _) => return to_register(reloaded(plan, program, i)),
-        _ => {}
-    }
-    let operands = op.operands().into_iter().zip([i.a, i.b]);
-    let mut arguments: Vec<String> = operands
-        .filter_map(|(kind, at)| operand(plan, program, kind, at))
-        .collect();
-    if op.destination() == Destination::SUpdate {
-        arguments.insert(0, scalar(plan, program, i.d));
-    }
-    let arguments = arguments.join(", ");
-    to_register(match op.form() {
-        Form::Scalar => format!("math::{}({arguments})", op.function()),
-        Form::Classic => format!("math::classic::{}({arguments})", op.function()),
-        Form::Move => arguments,
-        _ => format!("{}({arguments})", identifier(op)),
-    })
-}
-
-/// The register's evolved constants.
-fn reloaded(plan: &Plan<'_>, program: &Program, i: &Instruction) -> String {
-    let (section, number) = match plan.locate(program, i.d) {
-        Location::Vector(k, _) => (Section::Vector, k),
-        Location::Matrix(k, _) => (Section::Matrix, k),
-        Location::Scalar(k) | Location::Window(k) => (Section::Scalar, k),
-    };
-    let registers = plan.registers(program).into_iter();
-    let mut same = registers.filter(|(kind, k, _)| (*kind, *k) == (section, number));
-    same.next().map_or_else(String::new, |(_, _, values)| {
-        literal(plan, section, &values)
-    })
 }
 
 /// Writes a function for an operation on vectors or matrices, under its mnemonic.

@@ -1,12 +1,13 @@
 //! Everything that outlives a decision, in Rust: registers, shared memory, random streams.
 
-use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::tables::{Section, Team};
 
 use super::super::plan::Plan;
+use super::super::reset::{Part, When};
 use super::super::text::letter;
+use super::super::values::{Shared, sections};
 use super::decide::write_decide;
 use super::program::{literal, number};
 
@@ -25,20 +26,22 @@ pub(super) fn write_state(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
             out,
             "\n#[derive(Debug, Clone, Copy)]\nstruct Registers{program} {{"
         )?;
-        let registers = plan.registers(plan.program(program));
-        for (section, number, _) in &registers {
-            writeln!(out, "    {}{number}: {},", letter(*section), kind(*section))?;
+        let registers = plan.registers(program);
+        for register in &registers {
+            let (section, number) = (register.section, register.number);
+            writeln!(out, "    {}{number}: {},", letter(section), kind(section))?;
         }
         writeln!(
             out,
             "}}\n\nimpl Registers{program} {{\n    const INITIAL: Self = Registers{program} {{"
         )?;
-        for (section, number, values) in &registers {
+        for register in &registers {
             writeln!(
                 out,
-                "        {}{number}: {},",
-                letter(*section),
-                literal(plan, *section, values)
+                "        {}{}: {},",
+                letter(register.section),
+                register.number,
+                literal(plan, register.section, &register.values)
             )?;
         }
         writeln!(out, "    }};\n}}")?;
@@ -87,27 +90,28 @@ impl Indexed {
 
 fn write_team_memory(out: &mut String, plan: &Plan<'_>, number: u16, team: &Team) -> fmt::Result {
     let slots = plan.slots(team);
-    let sections = || Section::ALL.into_iter().filter(|s| team.kept(*s) != 0);
     writeln!(out, "\n#[derive(Debug, Clone)]\nstruct Memory{number} {{")?;
-    for (section, slot, _) in &slots {
-        writeln!(out, "    {}m{slot}: {},", letter(*section), kind(*section))?;
+    for slot in &slots {
+        let (section, number) = (slot.section, slot.number);
+        writeln!(out, "    {}m{number}: {},", letter(section), kind(section))?;
     }
-    for section in sections() {
+    for section in sections(team) {
         writeln!(out, "    {}_stream: Pcg32,", letter(section))?;
     }
     writeln!(
         out,
         "}}\n\nimpl Memory{number} {{\n    fn new() -> Self {{\n        Memory{number} {{"
     )?;
-    for (section, slot, values) in &slots {
+    for slot in &slots {
         writeln!(
             out,
-            "            {}m{slot}: {},",
-            letter(*section),
-            literal(plan, *section, values)
+            "            {}m{}: {},",
+            letter(slot.section),
+            slot.number,
+            literal(plan, slot.section, &slot.values)
         )?;
     }
-    for section in sections() {
+    for section in sections(team) {
         writeln!(
             out,
             "            {}_stream: {},",
@@ -119,12 +123,15 @@ fn write_team_memory(out: &mut String, plan: &Plan<'_>, number: u16, team: &Team
         out,
         "        }}\n    }}\n\n    fn restore(&mut self) {{\n        let fresh = Self::new();"
     )?;
-    for (section, slot, _) in &slots {
-        let letter = letter(*section);
-        writeln!(out, "        self.{letter}m{slot} = fresh.{letter}m{slot};")?;
+    for slot in &slots {
+        let (letter, number) = (letter(slot.section), slot.number);
+        writeln!(
+            out,
+            "        self.{letter}m{number} = fresh.{letter}m{number};"
+        )?;
     }
     writeln!(out, "    }}\n\n    fn seed(&mut self, seed: u64) {{")?;
-    for section in sections() {
+    for section in sections(team) {
         writeln!(
             out,
             "        self.{}_stream = {};",
@@ -133,7 +140,7 @@ fn write_team_memory(out: &mut String, plan: &Plan<'_>, number: u16, team: &Team
         )?;
     }
     writeln!(out, "    }}")?;
-    for section in sections() {
+    for section in sections(team) {
         let (letter, reference) = (
             letter(section),
             if section == Section::Scalar { "" } else { "&" },
@@ -148,8 +155,12 @@ fn write_team_memory(out: &mut String, plan: &Plan<'_>, number: u16, team: &Team
             out,
             "        match draw_slot(&mut self.{letter}_stream, WRITES) {{"
         )?;
-        for (_, slot, _) in slots.iter().filter(|(kind, ..)| *kind == section) {
-            writeln!(out, "            {slot} => self.{letter}m{slot} = {value},")?;
+        for slot in slots.iter().filter(|slot| slot.section == section) {
+            let number = slot.number;
+            writeln!(
+                out,
+                "            {number} => self.{letter}m{number} = {value},"
+            )?;
         }
         writeln!(out, "            _ => {{}}\n        }}\n    }}")?;
     }
@@ -210,7 +221,7 @@ pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         writeln!(out, "            perception: Perception::START,")?;
     }
     writeln!(out, "        }}\n    }}")?;
-    write_reset(out, plan, &programs, &teams)?;
+    write_reset(out, plan)?;
     write_decide(out, plan)?;
     if plan.memory_words() > 0 {
         write_memory_access(out, plan)?;
@@ -218,12 +229,7 @@ pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     writeln!(out, "}}")
 }
 
-fn write_reset(
-    out: &mut String,
-    plan: &Plan<'_>,
-    programs: &BTreeSet<u16>,
-    teams: &[u16],
-) -> fmt::Result {
+fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     let scope = plan.policy.header().reset_scope;
     writeln!(
         out,
@@ -241,32 +247,15 @@ fn write_reset(
     if plan.policy.front_end().is_some() {
         writeln!(out, "        self.perception = Perception::START;")?;
     }
-    let (mut registers, mut memory) = (Vec::new(), Vec::new());
-    for program in programs {
-        registers.push(format!(
-            "self.program_{program} = Registers{program}::INITIAL;"
-        ));
-    }
-    for team in teams {
-        memory.push(format!("self.team_{team}.restore();"));
-        registers.push(format!("self.team_{team}.seed(agent_seed);"));
-    }
-    if plan.is_indexed() {
-        memory.push("self.indexed.cells = CELL_VALUES;".to_owned());
-        registers.push("self.indexed.stream = IndexedStream::new(agent_seed);".to_owned());
-    }
-    let (agent, episode) = (scope.at_agent(), scope.at_episode());
-    for (lines, when) in [
-        (memory, [agent.1, episode.1]),
-        (registers, [agent.0, episode.0]),
-    ] {
-        let condition = match when {
-            _ if lines.is_empty() => continue,
-            [true, true] => "",
-            [true, false] => "if what == Reset::Agent ",
-            [false, true] => "if what == Reset::Episode ",
-            [false, false] => continue,
+    for reset in plan.resets() {
+        let condition = match reset.when {
+            _ if reset.parts.is_empty() => continue,
+            When::Always => "",
+            When::Agent => "if what == Reset::Agent ",
+            When::Episode => "if what == Reset::Episode ",
+            When::Never => continue,
         };
+        let lines: Vec<String> = reset.parts.into_iter().map(renew).collect();
         let lines = lines.join("\n            ");
         writeln!(
             out,
@@ -276,31 +265,46 @@ fn write_reset(
     writeln!(out, "    }}")
 }
 
+/// The statements that make a part of the state new.
+fn renew(part: Part) -> String {
+    match part {
+        Part::Registers(program) => {
+            format!("self.program_{program} = Registers{program}::INITIAL;")
+        }
+        Part::Slots(team) => format!("self.team_{team}.restore();"),
+        Part::Streams(team) => format!("self.team_{team}.seed(agent_seed);"),
+        Part::Cells => "self.indexed.cells = CELL_VALUES;".to_owned(),
+        Part::CellStream => "self.indexed.stream = IndexedStream::new(agent_seed);".to_owned(),
+    }
+}
+
 /// Copies of the shared memory in state order, for comparisons and for scopes in which it outlives the agent.
 fn write_memory_access(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
-    let mut places = Vec::new();
-    for (number, team) in plan.remembering() {
-        for (section, slot, _) in plan.slots(team) {
-            let place = format!("self.team_{number}.{}m{slot}", letter(section));
-            places.push(match section {
+    let expressions = |(shared, _): (Shared, usize)| match shared {
+        Shared::Cells => (
+            "self.indexed.cells".to_owned(),
+            "self.indexed.cells".to_owned(),
+        ),
+        Shared::Slot {
+            team,
+            section,
+            number,
+        } => {
+            let slot = format!("self.team_{team}.{}m{number}", letter(section));
+            match section {
                 Section::Scalar => (
-                    format!("[{place}]"),
-                    format!("core::slice::from_mut(&mut {place})"),
+                    format!("[{slot}]"),
+                    format!("core::slice::from_mut(&mut {slot})"),
                 ),
-                Section::Vector => (place.clone(), place),
+                Section::Vector => (slot.clone(), slot),
                 Section::Matrix => (
-                    format!("{place}.as_flattened()"),
-                    format!("{place}.as_flattened_mut()"),
+                    format!("{slot}.as_flattened()"),
+                    format!("{slot}.as_flattened_mut()"),
                 ),
-            });
+            }
         }
-    }
-    if plan.is_indexed() {
-        places.push((
-            "self.indexed.cells".to_owned(),
-            "self.indexed.cells".to_owned(),
-        ));
-    }
+    };
+    let pieces: Vec<(String, String)> = plan.shared().into_iter().map(expressions).collect();
     writeln!(
         out,
         "\n    /// Memory that programs share: the teams' slots, then the kept cells."
@@ -313,7 +317,7 @@ fn write_memory_access(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         out,
         "        let mut memory = [0.0; MEMORY];\n        let mut places = memory.iter_mut();"
     )?;
-    for (value, _) in &places {
+    for (value, _) in &pieces {
         writeln!(
             out,
             "        for (x, place) in {value}.iter().zip(&mut places) {{ *place = *x; }}"
@@ -327,7 +331,7 @@ fn write_memory_access(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         out,
         "    pub fn set_memory(&mut self, memory: &[f32; MEMORY]) {{\n        let mut values = memory.iter();"
     )?;
-    for (_, place) in &places {
+    for (_, place) in &pieces {
         writeln!(
             out,
             "        for (place, x) in {place}.iter_mut().zip(&mut values) {{ *place = math::finite(*x); }}"

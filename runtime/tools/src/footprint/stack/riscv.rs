@@ -1,7 +1,7 @@
 //! Instructions of 32-bit RISC-V with compressed ones that take stack or leave a function (ISA manual, chapters on RV32I
 //! and C).
 
-use super::Code;
+use super::code::Code;
 
 const RA: u32 = 1;
 const SP: u32 = 2;

@@ -1,6 +1,6 @@
 //! Instructions of ARM's Thumb-2 that take stack or leave a function (Armv7-M Architecture Reference Manual, A7.7).
 
-use super::Code;
+use super::code::Code;
 
 const SP: u32 = 13;
 const PC: u32 = 15;

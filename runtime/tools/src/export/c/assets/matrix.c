@@ -1,14 +1,13 @@
-
 static inline void op_column_norm(float *d, const float *x)
 {
     for (int c = 0; c < W; c++) {
         float p[4] = { 0.0f, 0.0f, 0.0f, 0.0f };
         for (int r = 0; r < W; r++) p[r % 4] += x[r * W + c] * x[r * W + c];
-        d[c] = tpg_math_sqrt(join(p));
+        d[c] = op_sqrt(join(p));
     }
 }
 
-/* The destination may be an operand, so the result is made beside it. */
+/* The destination of these may be an operand, so the result is made beside it. */
 static inline void op_mat_vec(float *d, const float *x, const float *y)
 {
     float out[W];

@@ -1,7 +1,5 @@
-
-/* Random streams: SplitMix64's finaliser chained over the words, and PCG-XSH-RR 64/32. */
-
-static uint64_t mix64(const uint64_t *words, int n)
+/* SplitMix64's finaliser, chained over the words. */
+static inline uint64_t mix64(const uint64_t *words, int n)
 {
     uint64_t h = 0;
     for (int k = 0; k < n; k++) {

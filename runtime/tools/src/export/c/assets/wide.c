@@ -1,3 +1,7 @@
+static inline void copy(float *d, const float *x, int n)
+{
+    for (int k = 0; k < n; k++) d[k] = x[k];
+}
 
 /* Element k of a sum goes into partial sum k mod 4; they are joined as (p0 + p1) + (p2 + p3). */
 static inline float join(const float p[4]) { return (p[0] + p[1]) + (p[2] + p[3]); }
@@ -20,7 +24,7 @@ static inline float op_norm(const float *x, int n)
 {
     float p[4] = { 0.0f, 0.0f, 0.0f, 0.0f };
     for (int k = 0; k < n; k++) p[k % 4] += x[k] * x[k];
-    return tpg_math_sqrt(join(p));
+    return op_sqrt(join(p));
 }
 
 static inline float op_std(const float *x, int n)
@@ -28,10 +32,5 @@ static inline float op_std(const float *x, int n)
     float p[4] = { 0.0f, 0.0f, 0.0f, 0.0f };
     const float m = op_mean(x, n);
     for (int k = 0; k < n; k++) p[k % 4] += (x[k] - m) * (x[k] - m);
-    return tpg_math_sqrt(join(p) / (float)n);
-}
-
-static inline void copy(float *d, const float *x, int n)
-{
-    for (int k = 0; k < n; k++) d[k] = x[k];
+    return op_sqrt(join(p) / (float)n);
 }

@@ -15,19 +15,43 @@ macro_rules! texts {
 
 const DESCRIPTIONS: Texts = texts!(
     "../robots",
+    "ant-v4.toml",
+    "ant-v5.toml",
     "half-cheetah-v4.toml",
     "half-cheetah-v5.toml",
     "hopper-v4.toml",
     "hopper-v5.toml",
+    "humanoid-standup-v4.toml",
+    "humanoid-standup-v5.toml",
+    "humanoid-v4.toml",
+    "humanoid-v5.toml",
     "inverted-double-pendulum-v4.toml",
     "inverted-double-pendulum-v5.toml",
+    "inverted-pendulum-v4.toml",
+    "inverted-pendulum-v5.toml",
+    "pusher-v5.toml",
+    "reacher-v4.toml",
+    "reacher-v5.toml",
+    "swimmer-v4.toml",
+    "swimmer-v5.toml",
+    "walker2d-v4.toml",
+    "walker2d-v5.toml",
 );
 
 const MODELS: Texts = texts!(
     env!("TPG_MODELS_DIR"),
+    "ant.xml",
     "half_cheetah.xml",
     "hopper.xml",
+    "humanoid.xml",
+    "humanoidstandup.xml",
     "inverted_double_pendulum.xml",
+    "inverted_pendulum.xml",
+    "pusher_v5.xml",
+    "reacher.xml",
+    "swimmer.xml",
+    "walker2d.xml",
+    "walker2d_v5.xml",
 );
 
 fn text(texts: Texts, name: &str) -> Result<&'static str, String> {

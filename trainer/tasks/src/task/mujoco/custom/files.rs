@@ -88,6 +88,15 @@ fn follow(
         let (at, text) = (at.clone(), String::from_utf8_lossy(bytes).into_owned());
         next += 1;
         for (name, value) in attributes(&text) {
+            if is_nan(name, value) {
+                return Err(UnknownTask::BadFile {
+                    path: model.to_owned(),
+                    why: format!(
+                        "{name}={value:?} in it, or in a file that it includes: give a number; MuJoCo reads nan as \
+                         \"not said\""
+                    ),
+                });
+            }
             if ["meshdir", "texturedir", "assetdir"].contains(&name) {
                 folders.push(home.join(value));
                 folders.push(at.join(value));
@@ -124,6 +133,23 @@ fn candidates(at: &Path, folders: &[PathBuf], value: &str) -> Vec<PathBuf> {
     homes
         .flat_map(|home| [home.join(value), home.join(bare)])
         .collect()
+}
+
+/// Whether an attribute says `nan` where a number is meant.
+fn is_nan(name: &str, value: &str) -> bool {
+    const WORDS: [&str; 9] = [
+        "name",
+        "class",
+        "childclass",
+        "file",
+        "joint",
+        "body",
+        "site",
+        "geom",
+        "mesh",
+    ];
+    let mut words = value.split_ascii_whitespace();
+    !WORDS.contains(&name) && words.any(|word| word.eq_ignore_ascii_case("nan"))
 }
 
 /// The attributes of an XML text, in order; those of comments too.

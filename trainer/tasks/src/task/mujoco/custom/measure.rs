@@ -40,14 +40,20 @@ impl<'a> Now<'a> {
 #[derive(Debug, Clone)]
 pub(super) enum Measure {
     Value(Source),
+    /// The value at the start of the control step.
     Before {
-        source: Source,
+        of: Box<Measure>,
         before: f64,
     },
     /// Mean rate of change over the control step, per second.
     Rate {
-        source: Source,
+        of: Box<Measure>,
         before: f64,
+    },
+    /// Root of the sum of the squared differences of two blocks.
+    Distance {
+        from: (Array, Range<usize>),
+        to: (Array, Range<usize>),
     },
     /// Sum of the squares, each value first limited to plus and minus this.
     Squares {
@@ -81,13 +87,36 @@ impl Measure {
             "alive" => return Ok(Self::Alive),
             _ => {}
         }
+        let inner = |text: &str| {
+            let of = Self::find(text.trim(), model, goals)?;
+            if of.needs_step() {
+                return Err(format!("{{{text}}}: it has no value before the step"));
+            }
+            Ok(Box::new(of))
+        };
         if let Some(text) = text.strip_prefix("before:") {
-            let source = one(text)?;
-            return Ok(Self::Before { source, before });
+            let of = inner(text)?;
+            return Ok(Self::Before { of, before });
         }
         if let Some(text) = text.strip_prefix("rate:") {
-            let source = one(text)?;
-            return Ok(Self::Rate { source, before });
+            let of = inner(text)?;
+            return Ok(Self::Rate { of, before });
+        }
+        if let Some(text) = text.strip_prefix("distance:") {
+            let (from, to) = text.split_once(", ").ok_or_else(|| {
+                format!("{{distance:{text}}}: needs two sources with a comma between them")
+            })?;
+            let whole =
+                |text: &str| block(text).or_else(|_| block(&format!("{}[..]", text.trim())));
+            let (from, to) = (whole(from)?, whole(to)?);
+            if from.1.len() != to.1.len() {
+                return Err(format!(
+                    "{{distance:{text}}}: the first has {} values and the second {}",
+                    from.1.len(),
+                    to.1.len()
+                ));
+            }
+            return Ok(Self::Distance { from, to });
         }
         if let Some(text) = text.strip_prefix("sum:") {
             let (array, span) = block(text)?;
@@ -116,8 +145,8 @@ impl Measure {
 
     /// Keeps the value before a step where it is needed after it.
     pub(super) fn begin(&mut self, now: Now<'_>) {
-        if let Self::Before { source, before } | Self::Rate { source, before } = self {
-            *before = source.read(now.moment);
+        if let Self::Before { of, before } | Self::Rate { of, before } = self {
+            *before = of.value(now);
         }
     }
 
@@ -136,22 +165,21 @@ impl Measure {
 
     /// Whether it reads a sensor.
     pub(super) fn is_sensor(&self) -> bool {
-        match self {
-            Self::Value(source) | Self::Before { source, .. } | Self::Rate { source, .. } => {
-                source.is_sensor()
-            }
-            Self::Squares { array, .. } | Self::Sum { array, .. } => *array == Array::Sensor,
-            _ => false,
-        }
+        self.reads(Array::Sensor)
     }
 
-    /// Whether MuJoCo computes what it reads only when it is asked to.
+    /// Whether it reads the contact forces, which MuJoCo computes only when it is asked to.
     pub(super) fn is_contact_force(&self) -> bool {
+        self.reads(Array::ContactForce)
+    }
+
+    fn reads(&self, which: Array) -> bool {
         match self {
-            Self::Value(source) | Self::Before { source, .. } | Self::Rate { source, .. } => {
-                source.is_contact_force()
-            }
-            Self::Squares { array, .. } | Self::Sum { array, .. } => *array == Array::ContactForce,
+            Self::Value(Source::Element { array, .. })
+            | Self::Squares { array, .. }
+            | Self::Sum { array, .. } => *array == which,
+            Self::Before { of, .. } | Self::Rate { of, .. } => of.reads(which),
+            Self::Distance { from, to } => from.0 == which || to.0 == which,
             _ => false,
         }
     }
@@ -164,7 +192,12 @@ impl Measure {
         match self {
             Self::Value(source) => source.read(now.moment),
             Self::Before { before, .. } => *before,
-            Self::Rate { source, before } => (source.read(now.moment) - before) / now.period,
+            Self::Rate { of, before } => (of.value(now) - before) / now.period,
+            Self::Distance { from, to } => {
+                let (from, to) = (block(from.0, &from.1), block(to.0, &to.1));
+                let differences = from.iter().zip(to).map(|(a, b)| a - b);
+                differences.fold(0.0, |sum, d| d.mul_add(d, sum)).sqrt()
+            }
             Self::Squares { array, span, limit } => {
                 let values = block(*array, span);
                 pairwise(values.len(), |i| {

@@ -215,28 +215,6 @@ impl Source {
             Self::FrameVelocity { .. } | Self::Centre(_) | Self::Time => false,
         }
     }
-
-    /// Whether it is the value of a sensor.
-    pub(super) fn is_sensor(self) -> bool {
-        matches!(
-            self,
-            Self::Element {
-                array: Array::Sensor,
-                ..
-            }
-        )
-    }
-
-    /// Whether MuJoCo computes the value only when it is asked to.
-    pub(super) fn is_contact_force(self) -> bool {
-        matches!(
-            self,
-            Self::Element {
-                array: Array::ContactForce,
-                ..
-            }
-        )
-    }
 }
 
 /// A coordinate of the centre of all mass, in the order in which NumPy's `einsum` and `sum` add.
