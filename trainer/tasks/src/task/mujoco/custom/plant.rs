@@ -167,7 +167,11 @@ fn inputs(
 }
 
 impl Robot {
-    fn new(description: &Description, model: Arc<MjModel>, name: &str) -> Result<Self, String> {
+    pub(super) fn new(
+        description: &Description,
+        model: Arc<MjModel>,
+        name: &str,
+    ) -> Result<Self, String> {
         let goals: Vec<String> = description.goal.iter().map(|g| g.name.clone()).collect();
         let scope = Scope {
             model: &model,
