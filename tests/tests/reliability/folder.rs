@@ -105,10 +105,10 @@ fn what_does_not_belong_to_the_checkpoint_is_refused() {
     });
     refused("log.csv", &["rows"], &|path| edit(path, "\n3,", "\n7,"));
     refused("log.csv", &["rows"], &|path| {
-        fs::write(path, "").expect("written")
+        fs::write(path, "").expect("written");
     });
     refused("run.toml", &["seed", "4", "3"], &|path| {
-        edit(path, "seed = 3", "seed = 4")
+        edit(path, "seed = 3", "seed = 4");
     });
     refused("checkpoint", &["checksum"], &|path| {
         let mut bytes = fs::read(path).expect("a checkpoint");
