@@ -74,6 +74,7 @@ const CRATES: &[&str] = &[
     "runtime/src/lib.rs",
     "runtime/c-api/src/lib.rs",
     "runtime/tools/src/lib.rs",
+    "trainer/src/lib.rs",
     "trainer/tasks/src/lib.rs",
     "trainer/experiments/src/lib.rs",
     "trainer/cli/src/main.rs",

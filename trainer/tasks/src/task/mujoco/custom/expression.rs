@@ -164,10 +164,6 @@ type Rank = &'static [(&'static str, Binary)];
 
 const OR: Rank = &[("||", |a, b| truth(a != 0.0 || b != 0.0))];
 const AND: Rank = &[("&&", |a, b| truth(a != 0.0 && b != 0.0))];
-#[expect(
-    clippy::double_comparisons,
-    reason = "with NaN every comparison is false, `!=` too, which `a != b` would not be"
-)]
 const COMPARISON: Rank = &[
     ("<=", |a, b| truth(a <= b)),
     (">=", |a, b| truth(a >= b)),
