@@ -69,7 +69,8 @@ impl RegisterMap {
         for (kind, count) in Section::ALL.into_iter().zip(self.counts) {
             let words = kind.slot_words(self.width);
             if offset < count * words {
-                let (number, element) = (offset / words, offset % words);
+                // Never 0 here, which the compiler does not see.
+                let (number, element) = (offset.checked_div(words)?, offset.checked_rem(words)?);
                 return Some(match kind {
                     Section::Scalar => Location::Scalar(number),
                     Section::Vector => Location::Vector(number, element),
