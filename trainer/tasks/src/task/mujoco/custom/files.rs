@@ -1,7 +1,7 @@
 //! The files that a described task is made of.
 
 use super::description::like;
-use super::plant::{read, unreadable};
+use super::load::{read, unreadable};
 use crate::task::UnknownTask;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
