@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use toml::{Table, Value};
 
 /// The keys of each part of the file; the first part is the file itself.
-const KEYS: [(&str, &[&str]); 9] = [
+const KEYS: [(&str, &[&str]); 10] = [
     (
         "",
         &[
@@ -26,11 +26,20 @@ const KEYS: [(&str, &[&str]); 9] = [
             "termination",
             "goal",
             "reset",
+            "randomize",
         ],
     ),
     (
         "observation",
-        &["source", "expression", "name", "unit", "velocity", "clip"],
+        &[
+            "source",
+            "expression",
+            "name",
+            "unit",
+            "velocity",
+            "clip",
+            "offset",
+        ],
     ),
     (
         "actuator",
@@ -61,6 +70,17 @@ const KEYS: [(&str, &[&str]); 9] = [
         ],
     ),
     ("goal", &["name", "low", "high"]),
+    (
+        "randomize",
+        &[
+            "mass",
+            "inertia",
+            "friction",
+            "damping",
+            "actuator-gain",
+            "gravity",
+        ],
+    ),
     (
         "reset",
         &[
@@ -113,6 +133,8 @@ pub(super) struct Description {
     pub goal: Vec<Goal>,
     #[serde(default)]
     pub reset: Reset,
+    #[serde(default)]
+    pub randomize: Scales,
 }
 
 fn once() -> u32 {
@@ -136,6 +158,9 @@ pub(super) struct Observation {
     pub unit: String,
     pub velocity: Option<bool>,
     pub clip: Option<f64>,
+    /// The most by which the value is off in an episode, above or below.
+    #[serde(default)]
+    pub offset: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -215,6 +240,47 @@ pub(super) struct Goal {
     pub name: String,
     pub low: f64,
     pub high: f64,
+}
+
+/// The ranges of the factors by which an episode's model differs from its file.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) struct Scales {
+    pub mass: Option<[f64; 2]>,
+    pub inertia: Option<[f64; 2]>,
+    pub friction: Option<[f64; 2]>,
+    pub damping: Option<[f64; 2]>,
+    pub actuator_gain: Option<[f64; 2]>,
+    pub gravity: Option<[f64; 2]>,
+}
+
+impl Scales {
+    /// The ranges with their keys.
+    pub(super) fn all(&self) -> [(&'static str, Option<[f64; 2]>); 6] {
+        [
+            ("mass", self.mass),
+            ("inertia", self.inertia),
+            ("friction", self.friction),
+            ("damping", self.damping),
+            ("actuator-gain", self.actuator_gain),
+            ("gravity", self.gravity),
+        ]
+    }
+
+    fn check(&self) -> Result<(), String> {
+        for (key, range) in self.all() {
+            let Some([low, high]) = range else { continue };
+            check_range(&format!("randomize.{key}"), [low, high])?;
+            let massive = key == "mass" || key == "inertia";
+            if low < 0.0 || massive && low == 0.0 {
+                let bound = if massive { "above 0" } else { "0 or more" };
+                return Err(format!(
+                    "randomize.{key} goes from {low}: a factor here is {bound}"
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -316,6 +382,7 @@ impl Description {
             for text in [&observation.name, &observation.unit] {
                 check_label(text)?;
             }
+            check_width("observation.offset", observation.offset)?;
             if observation
                 .clip
                 .is_some_and(|clip| !(clip.is_finite() && clip > 0.0))
@@ -352,6 +419,7 @@ impl Description {
             check_label(&goal.name)?;
             check_range(&format!("goal {:?}", goal.name), [goal.low, goal.high])?;
         }
+        self.randomize.check()?;
         self.reset.check()
     }
 }

@@ -196,6 +196,7 @@ impl Measure {
             Self::Distance { from, to } => {
                 let (from, to) = (block(from.0, &from.1), block(to.0, &to.1));
                 let differences = from.iter().zip(to).map(|(a, b)| a - b);
+                // Product and sum round once together, as in the dot product behind NumPy's norm.
                 differences.fold(0.0, |sum, d| d.mul_add(d, sum)).sqrt()
             }
             Self::Squares { array, span, limit } => {

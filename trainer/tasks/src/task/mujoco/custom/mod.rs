@@ -9,8 +9,10 @@
 //! | `terms` | rewards and ends |
 //! | `drive` | the actuators that a policy sets |
 //! | `start` | initial states |
+//! | `randomize` | models that differ from episode to episode |
 //! | `sound` | whether the model's numbers can be simulated |
 //! | `files` | the files that a task is made of |
+//! | `load` | a description and its model, out of files |
 //! | `plant` | the task at work |
 //! | `builtin` | the robots that the program brings along |
 
@@ -19,9 +21,11 @@ mod description;
 mod drive;
 mod expression;
 mod files;
+mod load;
 mod measure;
 mod names;
 mod plant;
+mod randomize;
 mod sound;
 mod source;
 mod start;
@@ -30,8 +34,8 @@ mod terms;
 mod tests;
 
 pub(in crate::task) use files::{digest, sources};
+pub(in crate::task) use load::load;
 pub use plant::Robot;
-pub(in crate::task) use plant::load;
 
 /// Says that a name does not exist, which one is most like it, and which there are.
 fn unknown(kind: &str, name: &str, known: &[&str]) -> String {

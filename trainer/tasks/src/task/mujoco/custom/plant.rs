@@ -3,20 +3,16 @@
 use super::description::{Description, Part};
 use super::drive::Drives;
 use super::expression::Expression;
-use super::files::{read, sources};
 use super::measure::{Effort, Measure, Now};
-use super::sound;
+use super::randomize::Randomize;
 use super::source::{Moment, Source, find};
 use super::start::Start;
 use super::terms::{Reward, Scope, Termination};
-use crate::task::mujoco::sim::{Sim, UNSTABLE, compile};
+use crate::task::mujoco::sim::{Sim, UNSTABLE};
 use crate::task::spec::round;
-use crate::task::{Channel, Rng, Spec, Step, Task, Terms, UnknownTask};
-use mujoco_rs::error::MjModelError;
-use mujoco_rs::prelude::{MjModel, MjtDisableBit};
-use std::collections::BTreeMap;
-use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use crate::task::{Channel, Rng, Spec, Step, Task, Terms};
+use mujoco_rs::prelude::MjModel;
+use std::sync::Arc;
 use tpg_runtime::Action;
 
 /// One element of the observation; without a clip in the file, `clip` is infinite.
@@ -24,7 +20,14 @@ use tpg_runtime::Action;
 struct Input {
     value: Value,
     clip: f64,
+    /// The most by which the value is off in an episode.
+    spread: f64,
+    /// By how much it is off in this one.
+    offset: f64,
 }
+
+/// The zero that changes no number when it is added to it, not even -0.
+const NOTHING: f64 = -0.0;
 
 #[derive(Debug)]
 enum Value {
@@ -46,69 +49,10 @@ pub struct Robot {
     rewards: Vec<Reward>,
     terminations: Vec<Termination>,
     start: Start,
+    randomize: Option<Randomize>,
     goals: Vec<f64>,
     /// Whether anything reads the contact forces, which MuJoCo computes only when it is asked to.
     contact_forces: bool,
-}
-
-/// Makes the task that a TOML file describes; names of built-in tasks are taken.
-pub(in crate::task) fn load(path: &Path, taken: &[&str]) -> Result<Box<dyn Task>, UnknownTask> {
-    let bad = |path: &Path, why: String| UnknownTask::BadFile {
-        path: path.to_owned(),
-        why,
-    };
-    let (description, model_path) = read(path)?;
-    if taken.contains(&description.name.as_str()) {
-        let why = format!("name = {:?}: a built-in task has it", description.name);
-        return Err(bad(path, why));
-    }
-    let mut key = format!("{}{:?}", model_path.display(), description.leave_out);
-    for (name, digest) in sources(path)? {
-        key += &format!("{name}{digest:02x?}");
-    }
-    let compiled = || compile(|| prepared(&description, || MjModel::from_xml(&model_path)));
-    let model = shared(&key, false, compiled).map_err(|why| bad(&model_path, why))?;
-    sound::check(&model).map_err(|why| bad(&model_path, why))?;
-    let name = model_path.to_string_lossy();
-    let task = Robot::new(&description, model, &name).map_err(|why| bad(path, why))?;
-    Ok(Box::new(task))
-}
-
-/// Compiles a model and tells MuJoCo what it need not compute.
-fn prepared(
-    description: &Description,
-    read: impl FnOnce() -> Result<MjModel, MjModelError>,
-) -> Result<MjModel, MjModelError> {
-    let mut model = read()?;
-    for part in &description.leave_out {
-        model.opt_mut().disableflags |= match part {
-            Part::Contacts => MjtDisableBit::mjDSBL_CONTACT as i32,
-            Part::Islands => MjtDisableBit::mjDSBL_ISLAND as i32,
-            Part::Sensors => MjtDisableBit::mjDSBL_SENSOR as i32,
-        };
-    }
-    Ok(model)
-}
-
-/// The compiled models of this process that are in use, or are to be kept.
-type Models = BTreeMap<String, (Weak<MjModel>, Option<Arc<MjModel>>)>;
-
-/// The model of this key, compiled by the first who asks and shared by all who ask while one of them has it.
-fn shared(
-    key: &str,
-    keep: bool,
-    compile: impl FnOnce() -> Result<Arc<MjModel>, String>,
-) -> Result<Arc<MjModel>, String> {
-    static MODELS: Mutex<Models> = Mutex::new(BTreeMap::new());
-    let mut models = MODELS.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(model) = models.get(key).and_then(|(model, _)| model.upgrade()) {
-        return Ok(model);
-    }
-    let model = compile()?;
-    models.retain(|_, (model, _)| model.strong_count() > 0);
-    let kept = keep.then(|| Arc::clone(&model));
-    models.insert(key.to_owned(), (Arc::downgrade(&model), kept));
-    Ok(model)
 }
 
 /// The elements of the observation, and what they are called.
@@ -155,7 +99,12 @@ fn inputs(
                     "observation.name = {name:?}: two observations have this name; give each its own"
                 ));
             }
-            inputs.push(Input { value, clip });
+            inputs.push(Input {
+                value,
+                clip,
+                spread: observation.offset,
+                offset: NOTHING,
+            });
             channels.push(Channel {
                 name,
                 unit: observation.unit.clone(),
@@ -198,6 +147,12 @@ impl Robot {
         if description.leave_out.contains(&Part::Sensors) && reads(&Measure::is_sensor) {
             return Err("leave-out names the sensors, but the file reads one".into());
         }
+        let randomize = Randomize::new(description.randomize, &model)?;
+        // What is to be changed cannot be shared.
+        let own = match randomize {
+            Some(_) => Arc::new((*model).clone()),
+            None => Arc::clone(&model),
+        };
         let mut robot = Self {
             spec: Spec {
                 name: description.name.clone(),
@@ -207,7 +162,7 @@ impl Robot {
                 max_steps: description.max_steps,
                 period_us: period_us(period, description)?,
             },
-            sim: Sim::with_model(Arc::clone(&model), name, description.frame_skip),
+            sim: Sim::with_model(own, name, description.frame_skip),
             period,
             repeat: description.action_repeat,
             inputs,
@@ -215,6 +170,7 @@ impl Robot {
             rewards,
             terminations,
             start,
+            randomize,
             goals: vec![0.0; goals.len()],
             contact_forces,
         };
@@ -241,15 +197,6 @@ impl Robot {
             set(data.qpos_mut(), positions);
             set(data.qvel_mut(), velocities);
         });
-    }
-
-    /// Makes a robot of a description and the text of its model, which is compiled once and then shared.
-    pub(super) fn with_text(description: &Description, text: &str) -> Result<Self, String> {
-        let key = format!("{}{:?}", description.model, description.leave_out);
-        let model = shared(&key, true, || {
-            compile(|| prepared(description, || MjModel::from_xml_string(text)))
-        })?;
-        Self::new(description, model, &description.model)
     }
 
     /// The compiled model.
@@ -316,8 +263,7 @@ impl Robot {
         };
         let terminated = terminations.iter().any(|end| end.reached(now));
         now.alive = !terminated;
-        // The zero that changes no number when it is added to it.
-        let (mut reward, mut terms) = (-0.0, Terms::default());
+        let (mut reward, mut terms) = (NOTHING, Terms::default());
         for term in rewards.iter() {
             let value = term.value(now);
             reward += value;
@@ -368,6 +314,14 @@ impl Task for Robot {
     }
 
     fn reset(&mut self, rng: &mut Rng) {
+        if let Some(randomize) = &mut self.randomize {
+            randomize.draw(&mut self.sim, rng);
+        }
+        // A stream of its own, so that offsets change no initial state.
+        let mut own = Rng::new(!rng.clone().word());
+        for input in self.inputs.iter_mut().filter(|input| input.spread > 0.0) {
+            input.offset = own.uniform(-input.spread, input.spread);
+        }
         self.start.reset(&mut self.sim, &mut self.goals, rng);
     }
 
@@ -378,7 +332,7 @@ impl Task for Robot {
                 Value::Source(source) => source.read(now.moment),
                 Value::Expression(expression) => expression.value(now),
             };
-            *out = round(value.clamp(-input.clip, input.clip));
+            *out = round((value + input.offset).clamp(-input.clip, input.clip));
         }
     }
 
@@ -409,6 +363,7 @@ impl Task for Robot {
 mod tests {
     use super::super::description::{self, RewardKind};
     use super::*;
+    use crate::task::mujoco::sim::compile;
 
     /// A mass of 1 kg on a slide without gravity or friction.
     const MODEL: &str = r#"<mujoco>

@@ -295,7 +295,7 @@ fn look_up(text: &str, model: &MjModel, goals: &[String]) -> Result<Found, Strin
                 sources: sources.collect(),
                 span: None,
                 velocity: true,
-                block: rest.contains("..]"),
+                block: rest.ends_with(']') && rest.contains(".."),
             })
         }
         _ => {

@@ -9,6 +9,7 @@ use tpg_runtime::Action;
 
 /// A floating body with a leg; neither the geoms nor one of the actuators and joints have names. No gravity.
 const BODY: &str = r#"<mujoco>
+    <compiler angle="radian"/>
     <option timestep="0.01" gravity="0 0 0"/>
     <worldbody>
         <body name="base" pos="0 0 1">
@@ -278,7 +279,9 @@ fn an_expression_measures_before_and_after_the_step() {
         ))
         .unwrap();
         task.set_state(&[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0], &[2.0]);
-        task.step(Action::Continuous(&[0.5])).reward
+        // A torque would move the base.
+        let output = if expression == "{outputs}" { 0.5 } else { 0.0 };
+        task.step(Action::Continuous(&[output])).reward
     };
     assert!((reward("{rate:qpos:root[0]}") - 2.0).abs() < 1e-9);
     assert!((reward("{qpos:root[0]} - {before:qpos:root[0]}") - 0.04).abs() < 1e-9);
@@ -300,4 +303,62 @@ fn an_expression_measures_before_and_after_the_step() {
         let message = robot(&text).unwrap_err();
         assert!(message.contains(words), "{expression}: {message}");
     }
+}
+
+#[test]
+fn the_model_differs_from_episode_to_episode() {
+    const MORE: &str = "randomize = { mass = [0.5, 2.0], actuator-gain = [1.0, 3.0] }\n";
+    let make = |more: &str| robot(&format!("{REST}{SEEN}{MOVED}{PAID}{more}")).unwrap();
+    let mass = |task: &Robot| task.model().body_mass().iter().sum::<f64>();
+    let original = mass(&make(""));
+    let (mut task, mut plain) = (make(MORE), make(""));
+    let mut factors = Vec::new();
+    for seed in 0..50 {
+        task.reset(&mut Rng::new(seed));
+        let factor = mass(&task) / original;
+        assert!((0.5..=2.0).contains(&factor), "{factor}");
+        // Neither the initial state nor the model that others share is another.
+        plain.reset(&mut Rng::new(seed));
+        assert_eq!(task.positions(), plain.positions());
+        assert!((mass(&plain) - original).abs() < 1e-12);
+        // A reused task and a fresh one give the same.
+        let mut fresh = make(MORE);
+        fresh.reset(&mut Rng::new(seed));
+        assert_eq!(mass(&fresh).to_bits(), mass(&task).to_bits());
+        let step = |task: &mut Robot| {
+            task.step(Action::Continuous(&[1.0]));
+            task.positions().to_vec()
+        };
+        assert_eq!(step(&mut fresh), step(&mut task));
+        factors.push(factor);
+    }
+    factors.sort_by(f64::total_cmp);
+    assert!(factors[0] < 0.7 && factors[49] > 1.8, "{factors:?}");
+    for (more, words) in [
+        ("randomize = { mass = [0.0, 1.0] }", "above 0"),
+        ("randomize = { gravity = [2.0, 1.0] }", "lower one first"),
+        ("randomize = { weight = [1.0, 1.0] }", "weight"),
+    ] {
+        let message = robot(&format!("{REST}{SEEN}{MOVED}{PAID}{more}\n")).unwrap_err();
+        assert!(message.contains(words), "{more}: {message}");
+    }
+}
+
+#[test]
+fn an_observation_is_off_by_the_same_in_all_of_an_episode() {
+    let mut task = robot(&format!(
+        "{REST}observation = [{{ source = \"qpos:hip\", name = \"hip\", unit = \"rad\", offset = 0.1 }}]\n{MOVED}{PAID}"
+    ))
+    .unwrap();
+    let mut seen = Vec::new();
+    for seed in 0..20 {
+        task.reset(&mut Rng::new(seed));
+        let offset = observed(&task)[0];
+        assert!(offset.abs() <= 0.1);
+        task.step(Action::Continuous(&[0.0]));
+        assert_eq!(observed(&task)[0].to_bits(), offset.to_bits());
+        seen.push(offset.to_bits());
+    }
+    seen.dedup();
+    assert_eq!(seen.len(), 20);
 }
