@@ -20,7 +20,7 @@ use tpg_tasks::exit_status::{Failure, Fault as _};
 use tpg_tasks::stats;
 use tpg_trainer::made_with::MadeWith;
 use tpg_trainer::monitor::Monitor;
-use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
+use tpg_trainer::run_folder::{Keep, Origin, RunFolder, RunFolderError};
 use tpg_trainer::session::{Session, train};
 
 /// Points of a learning curve that are kept, at most.
@@ -53,7 +53,7 @@ pub fn run(
         return Ok(None);
     }
     let row = write(experiment, folder, cell, &session, cpu.seconds())?;
-    fs::remove_dir_all(&work)?;
+    fs::remove_dir_all(&work).or_unwritable(&work)?;
     Ok(Some(row))
 }
 
@@ -68,6 +68,7 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
                 "{}: its checkpoint is of another run; it begins anew",
                 cell.name
             )),
+            Err(error @ RunFolderError::Locked { .. }) => return Err(Failure::of(error)),
             Err(error) => note(format_args!(
                 "{}: {:#}; it begins anew",
                 cell.name,
@@ -75,9 +76,8 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
             )),
         }
     }
-    // Whatever else is there was interrupted before its first checkpoint.
     if work.exists() {
-        fs::remove_dir_all(work)?;
+        fs::remove_dir_all(work).or_unwritable(work)?;
     }
     let session = Session::new(cell.config.clone(), cell.seed).or_usage("bad configuration")?;
     let origin = Origin {
@@ -127,7 +127,11 @@ impl CpuLog {
             seconds.parse().ok().filter(|_: &f64| of_generation)
         });
         Ok(CpuLog {
-            out: OpenOptions::new().create(true).append(true).open(&path)?,
+            out: OpenOptions::new()
+                .create(true)
+                .append(true)
+                .open(&path)
+                .or_unwritable(&path)?,
             before: recorded.unwrap_or(0.0),
             clock: match threads {
                 1 => Clock::Thread(ThreadTime::now()),
