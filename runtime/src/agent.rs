@@ -5,12 +5,11 @@ use core::marker::PhantomData;
 use heapless::Vec;
 
 use crate::decision::{Decision, ObservationError, Reset};
-use crate::exec::{self, Machine};
+use crate::exec::Machine;
 use crate::math;
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
 use crate::sizing::{Capacities, CapacityError};
-use crate::state;
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
 use crate::width::{AnyWidth, Width};
@@ -97,24 +96,13 @@ impl<
             teams: TEAMS,
             streams: STREAMS,
         };
-        if let Some((resource, needed, available)) = needed.excess_over(&available) {
-            return Err(CapacityError {
-                resource,
-                needed,
-                available,
-            });
-        }
+        needed.check(&available)?;
         // None of these can fail: the lengths were just compared with the capacities.
         let _ = self.bids.resize(needed.programs, f32::NAN);
         let _ = self.visited.resize(needed.teams, false);
         let _ = self.streams.resize(needed.streams, Pcg32::new(0, 0));
         self.policy = policy;
-        state::start(
-            &self.policy,
-            self.words.get_mut(..needed.words).unwrap_or_default(),
-            &mut self.streams,
-            &mut self.indexed,
-        );
+        self.machine().sliced().start();
         Ok(())
     }
 
@@ -128,14 +116,7 @@ impl<
     ///
     /// `agent_seed` determines the random streams; where nothing is reset it is not used.
     pub fn reset(&mut self, what: Reset, agent_seed: u64) {
-        state::reset(
-            &self.policy,
-            &mut self.words,
-            &mut self.streams,
-            &mut self.indexed,
-            what,
-            agent_seed,
-        );
+        self.machine().sliced().reset(what, agent_seed);
     }
 
     /// Chooses the action for an observation; runs at most [`Policy::bounds`] instructions.
@@ -167,30 +148,20 @@ impl<
         observation: &[f32],
         observer: O,
     ) -> Result<Decision<'_>, ObservationError> {
-        let perceived = state::observe(&self.policy, &mut self.words, observation)?;
         let vectors = W::vectors::<O>(self.policy.header.width);
-        let mut machine = Machine {
+        self.machine().decide(vectors, observation, observer)
+    }
+
+    #[inline(always)]
+    fn machine(&mut self) -> Machine<'_, 'p, [f32; WORDS]> {
+        Machine {
+            policy: &self.policy,
             words: &mut self.words,
-            bids: &mut self.bids,
-            visited: &mut self.visited,
-            streams: &mut self.streams,
+            bids: self.bids.as_mut_slice(),
+            visited: self.visited.as_mut_slice(),
+            streams: self.streams.as_mut_slice(),
             indexed: &mut self.indexed,
-            observer,
-        };
-        let path = exec::decide(&self.policy, &mut machine, vectors);
-        let mut observer = machine.observer;
-        Ok(Decision {
-            action: state::take_action(
-                &self.policy,
-                &mut self.words,
-                &self.bids,
-                path.winner,
-                &mut observer,
-            ),
-            winner: path.winner,
-            instructions: perceived + path.instructions,
-            teams: path.teams,
-        })
+        }
     }
 
     /// Memory that programs share: the teams' slots, then the kept cells, in state order.
@@ -227,4 +198,36 @@ impl<
         }
         Ok(())
     }
+}
+
+/// The type of the agent that has exactly the capacities that a policy needs.
+///
+/// The argument is the policy's bytes, a constant or a static; what [`Capacities::of`] refuses does not compile.
+///
+/// # Examples
+/// ```
+/// use tpg_runtime::{Policy, agent_type};
+///
+/// # static CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
+/// type Champion = agent_type!(CHAMPION);
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut agent = Champion::new(Policy::load(CHAMPION)?)?;
+/// # let observation = [0.0; 3];
+/// let decision = agent.decide(&observation)?;
+/// # Ok(())
+/// # }
+/// ```
+#[macro_export]
+macro_rules! agent_type {
+    ($bytes:expr) => {
+        $crate::Agent<
+            'static,
+            $crate::Fixed<{ $crate::Capacities::of($bytes).width }>,
+            { $crate::Capacities::of($bytes).words },
+            { $crate::Capacities::of($bytes).programs },
+            { $crate::Capacities::of($bytes).teams },
+            { $crate::Capacities::of($bytes).streams },
+        >
+    };
 }

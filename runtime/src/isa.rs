@@ -1,6 +1,6 @@
 //! The instruction table: the one place that lists operations, their operands, encoding and cost.
 //!
-//! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `isa!`.
+//! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `table!`.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
 /// Number of registers of each kind in a program (thesis Table 3.2).
@@ -257,7 +257,109 @@ pub enum Form {
     WriteCells,
 }
 
-macro_rules! isa {
+/// The instruction table: calls the macro `$then` with all rows.
+///
+/// A row is the code, the name, the mnemonic and the group; what is written and read; the unit of the cost and how often
+/// it counts; the notation; the form and the function of [`crate::math`] that it applies.
+macro_rules! table {
+    ($then:ident) => {
+        $then! {
+            // code name mnemonic group: destination <- operands; unit of cost and how often; notation; form and function
+            0 Add "add" Scalar: S <- S, S; 1 One; "{d} = {a} + {b}"; Scalar add
+            1 Sub "sub" Scalar: S <- S, S; 1 One; "{d} = {a} - {b}"; Scalar sub
+            2 Mul "mul" Scalar: S <- S, S; 1 One; "{d} = {a} * {b}"; Scalar mul
+            3 Div "div" Scalar: S <- S, S; 4 One; "{d} = {a} / {b}"; Scalar div
+            4 Min "min" Scalar: S <- S, S; 1 One; "{d} = min({a}, {b})"; Scalar min
+            5 Max "max" Scalar: S <- S, S; 1 One; "{d} = max({a}, {b})"; Scalar max
+            6 Pow "pow" Scalar: S <- S, S; 24 One; "{d} = pow({a}, {b})"; Scalar pow
+            7 Abs "abs" Scalar: S <- S, None; 1 One; "{d} = abs({a})"; Scalar abs
+            8 Recip "recip" Scalar: S <- S, None; 4 One; "{d} = 1 / {a}"; Scalar recip
+            9 Sqr "sqr" Scalar: S <- S, None; 1 One; "{d} = {a}^2"; Scalar sqr
+            10 Cube "cube" Scalar: S <- S, None; 2 One; "{d} = {a}^3"; Scalar cube
+            11 Sqrt "sqrt" Scalar: S <- S, None; 4 One; "{d} = sqrt({a})"; Scalar sqrt
+            12 Sin "sin" Scalar: S <- S, None; 24 One; "{d} = sin({a})"; Scalar sin
+            13 Cos "cos" Scalar: S <- S, None; 24 One; "{d} = cos({a})"; Scalar cos
+            14 Tan "tan" Scalar: S <- S, None; 24 One; "{d} = tan({a})"; Scalar tan
+            15 Asin "asin" Scalar: S <- S, None; 24 One; "{d} = asin({a})"; Scalar asin
+            16 Acos "acos" Scalar: S <- S, None; 24 One; "{d} = acos({a})"; Scalar acos
+            17 Atan "atan" Scalar: S <- S, None; 24 One; "{d} = atan({a})"; Scalar atan
+            18 Tanh "tanh" Scalar: S <- S, None; 24 One; "{d} = tanh({a})"; Scalar tanh
+            19 Exp "exp" Scalar: S <- S, None; 24 One; "{d} = exp({a})"; Scalar exp
+            20 Log "log" Scalar: S <- S, None; 24 One; "{d} = log({a})"; Scalar log
+            21 Heaviside "heaviside" Scalar: S <- S, None; 1 One; "{d} = heaviside({a})"; Scalar heaviside
+            22 Cond "cond" Scalar: SUpdate <- SOrVElement, S; 1 One; "if {d} < {a}: {d} = -{b}"; Scalar cond
+
+            23 VAdd "v-add" Vector: V <- V, V; 1 Width; "{d} = {a} + {b}"; Each add
+            24 VSub "v-sub" Vector: V <- V, V; 1 Width; "{d} = {a} - {b}"; Each sub
+            25 VMul "v-mul" Vector: V <- V, V; 1 Width; "{d} = {a} .* {b}"; Each mul
+            26 VDiv "v-div" Vector: V <- V, V; 4 Width; "{d} = {a} ./ {b}"; Each div
+            27 VMin "v-min" Vector: V <- V, V; 1 Width; "{d} = min({a}, {b})"; Each min
+            28 VMax "v-max" Vector: V <- V, V; 1 Width; "{d} = max({a}, {b})"; Each max
+            29 VAbs "v-abs" Vector: V <- V, None; 1 Width; "{d} = abs({a})"; Each abs
+            30 VRecip "v-recip" Vector: V <- V, None; 4 Width; "{d} = 1 ./ {a}"; Each recip
+            31 VHeaviside "v-heaviside" Vector: V <- V, None; 1 Width; "{d} = heaviside({a})"; Each heaviside
+            32 VScale "v-scale" Vector: V <- S, V; 1 Width; "{d} = {a} * {b}"; Scale mul
+            33 VBroadcast "v-broadcast" Vector: V <- S, None; 1 Width; "{d} = broadcast({a})"; Fill
+            34 Dot "dot" Vector: S <- V, V; 2 Width; "{d} = dot({a}, {b})"; Whole dot
+            35 VNorm "v-norm" Vector: S <- V, None; 3 Width; "{d} = norm({a})"; Reduce norm
+            36 VMean "v-mean" Vector: S <- V, None; 2 Width; "{d} = mean({a})"; Reduce mean
+            37 VStd "v-std" Vector: S <- V, None; 4 Width; "{d} = std({a})"; Reduce std
+            38 VElement "v-element" Vector: S <- VElement, None; 1 One; "{d} = {a}"; Move
+
+            39 MatVec "mat-vec" Matrix: V <- M, V; 2 Square; "{d} = {a} x {b}"; Whole mat_vec
+            40 RowNorm "row-norm" Matrix: V <- M, None; 3 Square; "{d} = row_norm({a})"; Rows norm
+            41 ColumnNorm "column-norm" Matrix: V <- M, None; 3 Square; "{d} = column_norm({a})"; Whole column_norm
+            42 RowMean "row-mean" Matrix: V <- M, None; 2 Square; "{d} = row_mean({a})"; Rows mean
+            43 RowStd "row-std" Matrix: V <- M, None; 4 Square; "{d} = row_std({a})"; Rows std
+            44 MAdd "m-add" Matrix: M <- M, M; 1 Square; "{d} = {a} + {b}"; Each add
+            45 MSub "m-sub" Matrix: M <- M, M; 1 Square; "{d} = {a} - {b}"; Each sub
+            46 MMul "m-mul" Matrix: M <- M, M; 1 Square; "{d} = {a} .* {b}"; Each mul
+            47 MDiv "m-div" Matrix: M <- M, M; 4 Square; "{d} = {a} ./ {b}"; Each div
+            48 MMin "m-min" Matrix: M <- M, M; 1 Square; "{d} = min({a}, {b})"; Each min
+            49 MMax "m-max" Matrix: M <- M, M; 1 Square; "{d} = max({a}, {b})"; Each max
+            50 MAbs "m-abs" Matrix: M <- M, None; 1 Square; "{d} = abs({a})"; Each abs
+            51 MRecip "m-recip" Matrix: M <- M, None; 4 Square; "{d} = 1 ./ {a}"; Each recip
+            52 MHeaviside "m-heaviside" Matrix: M <- M, None; 1 Square; "{d} = heaviside({a})"; Each heaviside
+            53 Transpose "transpose" Matrix: M <- M, None; 1 Square; "{d} = transpose({a})"; Whole transpose
+            54 MScale "m-scale" Matrix: M <- S, M; 1 Square; "{d} = {a} * {b}"; Scale mul
+            55 Outer "outer" Matrix: M <- V, V; 1 Square; "{d} = outer({a}, {b})"; Outer mul
+            56 MatMul "mat-mul" Matrix: M <- M, M; 2 Cube; "{d} = {a} x {b}"; Whole mat_mul
+            57 BroadcastRows "broadcast-rows" Matrix: M <- V, None; 1 Square; "{d} = rows({a})"; FillRows
+            58 BroadcastColumns "broadcast-columns" Matrix: M <- V, None; 1 Square; "{d} = columns({a})"; FillColumns
+            59 MNorm "m-norm" Matrix: S <- M, None; 2 Square; "{d} = norm({a})"; Reduce norm
+            60 MMean "m-mean" Matrix: S <- M, None; 1 Square; "{d} = mean({a})"; Reduce mean
+            61 MStd "m-std" Matrix: S <- M, None; 4 Square; "{d} = std({a})"; Reduce std
+            62 MElement "m-element" Matrix: S <- MElement, None; 1 One; "{d} = {a}"; Move
+
+            63 ReloadS "reload-s" Constants: S <- None, None; 1 One; "{d} = constant"; Reload
+            64 ReloadV "reload-v" Constants: V <- None, None; 1 Width; "{d} = constant"; Reload
+            65 ReloadM "reload-m" Constants: M <- None, None; 1 Square; "{d} = constant"; Reload
+
+            66 WriteS "write-s" TeamMemory: None <- S, None; 9 One; "scalar_memory_write({a})"; Write
+            67 WriteV "write-v" TeamMemory: None <- V, None; 9 Width; "vector_memory_write({a})"; Write
+            68 WriteM "write-m" TeamMemory: None <- M, None; 9 Square; "matrix_memory_write({a})"; Write
+            69 ReadS "read-s" TeamMemory: S <- ScalarSlot, None; 1 One; "{d} = {a}"; Read
+            70 ReadV "read-v" TeamMemory: S <- VectorSlot, VectorIndex; 1 One; "{d} = {a}[{b}]"; Read
+            71 ReadM "read-m" TeamMemory: S <- MatrixSlot, MatrixIndex; 1 One; "{d} = {a}[{b}]"; Read
+            72 ReadWholeV "read-whole-v" WholeReads: V <- VectorSlot, None; 1 Width; "{d} = {a}"; ReadWhole
+            73 ReadWholeM "read-whole-m" WholeReads: M <- MatrixSlot, None; 1 Square; "{d} = {a}"; ReadWhole
+
+            74 ClassicAdd "classic-add" Classic: SUpdate <- S, None; 1 One; "{d} = {d} + {a}"; Classic add
+            75 ClassicSub "classic-sub" Classic: SUpdate <- S, None; 1 One; "{d} = {d} - {a}"; Classic sub
+            76 ClassicMult "classic-mult" Classic: SUpdate <- None, None; 1 One; "{d} = {d} * 2"; Classic mult
+            77 ClassicDiv "classic-div" Classic: SUpdate <- None, None; 1 One; "{d} = {d} / 2"; Classic div
+            78 ClassicNeg "classic-neg" Classic: SUpdate <- S, None; 1 One; "if {d} < {a}: {d} = -{d}"; Classic neg
+            79 ClassicCos "classic-cos" Classic: S <- S, None; 24 One; "{d} = cos({a})"; Classic cos
+            80 ClassicLog "classic-log" Classic: SUpdate <- S, None; 24 One; "if {a} > 0: {d} = log({a})"; Classic log
+            81 ClassicExp "classic-exp" Classic: S <- S, None; 24 One; "{d} = exp({a})"; Classic exp
+            82 MemRead "mem-read" Classic: S <- Cell, None; 1 One; "{d} = {a}"; Move
+            83 MemWrite "mem-write" Classic: None <- None, None; 8 Cells; "memory_write(s0..s7)"; WriteCells
+        }
+    };
+}
+pub(crate) use table;
+
+macro_rules! define {
     ($($code:literal $name:ident $mnemonic:literal $group:ident: $dst:ident <- $a:ident, $b:ident; $unit:literal $extent:ident; $notation:literal; $form:ident $($function:ident)?)*) => {
         /// An operation.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -337,6 +439,8 @@ macro_rules! isa {
     };
 }
 
+table!(define);
+
 impl Op {
     /// The section of team memory that the operation writes or reads, if it does.
     #[must_use]
@@ -359,99 +463,6 @@ const fn fingerprint(text: &str) -> u32 {
         rest = tail;
     }
     hash
-}
-
-isa! {
-    // code name mnemonic group: destination <- operands; unit of cost and how often; notation; form and function
-    0 Add "add" Scalar: S <- S, S; 1 One; "{d} = {a} + {b}"; Scalar add
-    1 Sub "sub" Scalar: S <- S, S; 1 One; "{d} = {a} - {b}"; Scalar sub
-    2 Mul "mul" Scalar: S <- S, S; 1 One; "{d} = {a} * {b}"; Scalar mul
-    3 Div "div" Scalar: S <- S, S; 4 One; "{d} = {a} / {b}"; Scalar div
-    4 Min "min" Scalar: S <- S, S; 1 One; "{d} = min({a}, {b})"; Scalar min
-    5 Max "max" Scalar: S <- S, S; 1 One; "{d} = max({a}, {b})"; Scalar max
-    6 Pow "pow" Scalar: S <- S, S; 24 One; "{d} = pow({a}, {b})"; Scalar pow
-    7 Abs "abs" Scalar: S <- S, None; 1 One; "{d} = abs({a})"; Scalar abs
-    8 Recip "recip" Scalar: S <- S, None; 4 One; "{d} = 1 / {a}"; Scalar recip
-    9 Sqr "sqr" Scalar: S <- S, None; 1 One; "{d} = {a}^2"; Scalar sqr
-    10 Cube "cube" Scalar: S <- S, None; 2 One; "{d} = {a}^3"; Scalar cube
-    11 Sqrt "sqrt" Scalar: S <- S, None; 4 One; "{d} = sqrt({a})"; Scalar sqrt
-    12 Sin "sin" Scalar: S <- S, None; 24 One; "{d} = sin({a})"; Scalar sin
-    13 Cos "cos" Scalar: S <- S, None; 24 One; "{d} = cos({a})"; Scalar cos
-    14 Tan "tan" Scalar: S <- S, None; 24 One; "{d} = tan({a})"; Scalar tan
-    15 Asin "asin" Scalar: S <- S, None; 24 One; "{d} = asin({a})"; Scalar asin
-    16 Acos "acos" Scalar: S <- S, None; 24 One; "{d} = acos({a})"; Scalar acos
-    17 Atan "atan" Scalar: S <- S, None; 24 One; "{d} = atan({a})"; Scalar atan
-    18 Tanh "tanh" Scalar: S <- S, None; 24 One; "{d} = tanh({a})"; Scalar tanh
-    19 Exp "exp" Scalar: S <- S, None; 24 One; "{d} = exp({a})"; Scalar exp
-    20 Log "log" Scalar: S <- S, None; 24 One; "{d} = log({a})"; Scalar log
-    21 Heaviside "heaviside" Scalar: S <- S, None; 1 One; "{d} = heaviside({a})"; Scalar heaviside
-    22 Cond "cond" Scalar: SUpdate <- SOrVElement, S; 1 One; "if {d} < {a}: {d} = -{b}"; Scalar cond
-
-    23 VAdd "v-add" Vector: V <- V, V; 1 Width; "{d} = {a} + {b}"; Each add
-    24 VSub "v-sub" Vector: V <- V, V; 1 Width; "{d} = {a} - {b}"; Each sub
-    25 VMul "v-mul" Vector: V <- V, V; 1 Width; "{d} = {a} .* {b}"; Each mul
-    26 VDiv "v-div" Vector: V <- V, V; 4 Width; "{d} = {a} ./ {b}"; Each div
-    27 VMin "v-min" Vector: V <- V, V; 1 Width; "{d} = min({a}, {b})"; Each min
-    28 VMax "v-max" Vector: V <- V, V; 1 Width; "{d} = max({a}, {b})"; Each max
-    29 VAbs "v-abs" Vector: V <- V, None; 1 Width; "{d} = abs({a})"; Each abs
-    30 VRecip "v-recip" Vector: V <- V, None; 4 Width; "{d} = 1 ./ {a}"; Each recip
-    31 VHeaviside "v-heaviside" Vector: V <- V, None; 1 Width; "{d} = heaviside({a})"; Each heaviside
-    32 VScale "v-scale" Vector: V <- S, V; 1 Width; "{d} = {a} * {b}"; Scale mul
-    33 VBroadcast "v-broadcast" Vector: V <- S, None; 1 Width; "{d} = broadcast({a})"; Fill
-    34 Dot "dot" Vector: S <- V, V; 2 Width; "{d} = dot({a}, {b})"; Whole dot
-    35 VNorm "v-norm" Vector: S <- V, None; 3 Width; "{d} = norm({a})"; Reduce norm
-    36 VMean "v-mean" Vector: S <- V, None; 2 Width; "{d} = mean({a})"; Reduce mean
-    37 VStd "v-std" Vector: S <- V, None; 4 Width; "{d} = std({a})"; Reduce std
-    38 VElement "v-element" Vector: S <- VElement, None; 1 One; "{d} = {a}"; Move
-
-    39 MatVec "mat-vec" Matrix: V <- M, V; 2 Square; "{d} = {a} x {b}"; Whole mat_vec
-    40 RowNorm "row-norm" Matrix: V <- M, None; 3 Square; "{d} = row_norm({a})"; Rows norm
-    41 ColumnNorm "column-norm" Matrix: V <- M, None; 3 Square; "{d} = column_norm({a})"; Whole column_norm
-    42 RowMean "row-mean" Matrix: V <- M, None; 2 Square; "{d} = row_mean({a})"; Rows mean
-    43 RowStd "row-std" Matrix: V <- M, None; 4 Square; "{d} = row_std({a})"; Rows std
-    44 MAdd "m-add" Matrix: M <- M, M; 1 Square; "{d} = {a} + {b}"; Each add
-    45 MSub "m-sub" Matrix: M <- M, M; 1 Square; "{d} = {a} - {b}"; Each sub
-    46 MMul "m-mul" Matrix: M <- M, M; 1 Square; "{d} = {a} .* {b}"; Each mul
-    47 MDiv "m-div" Matrix: M <- M, M; 4 Square; "{d} = {a} ./ {b}"; Each div
-    48 MMin "m-min" Matrix: M <- M, M; 1 Square; "{d} = min({a}, {b})"; Each min
-    49 MMax "m-max" Matrix: M <- M, M; 1 Square; "{d} = max({a}, {b})"; Each max
-    50 MAbs "m-abs" Matrix: M <- M, None; 1 Square; "{d} = abs({a})"; Each abs
-    51 MRecip "m-recip" Matrix: M <- M, None; 4 Square; "{d} = 1 ./ {a}"; Each recip
-    52 MHeaviside "m-heaviside" Matrix: M <- M, None; 1 Square; "{d} = heaviside({a})"; Each heaviside
-    53 Transpose "transpose" Matrix: M <- M, None; 1 Square; "{d} = transpose({a})"; Whole transpose
-    54 MScale "m-scale" Matrix: M <- S, M; 1 Square; "{d} = {a} * {b}"; Scale mul
-    55 Outer "outer" Matrix: M <- V, V; 1 Square; "{d} = outer({a}, {b})"; Outer mul
-    56 MatMul "mat-mul" Matrix: M <- M, M; 2 Cube; "{d} = {a} x {b}"; Whole mat_mul
-    57 BroadcastRows "broadcast-rows" Matrix: M <- V, None; 1 Square; "{d} = rows({a})"; FillRows
-    58 BroadcastColumns "broadcast-columns" Matrix: M <- V, None; 1 Square; "{d} = columns({a})"; FillColumns
-    59 MNorm "m-norm" Matrix: S <- M, None; 2 Square; "{d} = norm({a})"; Reduce norm
-    60 MMean "m-mean" Matrix: S <- M, None; 1 Square; "{d} = mean({a})"; Reduce mean
-    61 MStd "m-std" Matrix: S <- M, None; 4 Square; "{d} = std({a})"; Reduce std
-    62 MElement "m-element" Matrix: S <- MElement, None; 1 One; "{d} = {a}"; Move
-
-    63 ReloadS "reload-s" Constants: S <- None, None; 1 One; "{d} = constant"; Reload
-    64 ReloadV "reload-v" Constants: V <- None, None; 1 Width; "{d} = constant"; Reload
-    65 ReloadM "reload-m" Constants: M <- None, None; 1 Square; "{d} = constant"; Reload
-
-    66 WriteS "write-s" TeamMemory: None <- S, None; 9 One; "scalar_memory_write({a})"; Write
-    67 WriteV "write-v" TeamMemory: None <- V, None; 9 Width; "vector_memory_write({a})"; Write
-    68 WriteM "write-m" TeamMemory: None <- M, None; 9 Square; "matrix_memory_write({a})"; Write
-    69 ReadS "read-s" TeamMemory: S <- ScalarSlot, None; 1 One; "{d} = {a}"; Read
-    70 ReadV "read-v" TeamMemory: S <- VectorSlot, VectorIndex; 1 One; "{d} = {a}[{b}]"; Read
-    71 ReadM "read-m" TeamMemory: S <- MatrixSlot, MatrixIndex; 1 One; "{d} = {a}[{b}]"; Read
-    72 ReadWholeV "read-whole-v" WholeReads: V <- VectorSlot, None; 1 Width; "{d} = {a}"; ReadWhole
-    73 ReadWholeM "read-whole-m" WholeReads: M <- MatrixSlot, None; 1 Square; "{d} = {a}"; ReadWhole
-
-    74 ClassicAdd "classic-add" Classic: SUpdate <- S, None; 1 One; "{d} = {d} + {a}"; Classic add
-    75 ClassicSub "classic-sub" Classic: SUpdate <- S, None; 1 One; "{d} = {d} - {a}"; Classic sub
-    76 ClassicMult "classic-mult" Classic: SUpdate <- None, None; 1 One; "{d} = {d} * 2"; Classic mult
-    77 ClassicDiv "classic-div" Classic: SUpdate <- None, None; 1 One; "{d} = {d} / 2"; Classic div
-    78 ClassicNeg "classic-neg" Classic: SUpdate <- S, None; 1 One; "if {d} < {a}: {d} = -{d}"; Classic neg
-    79 ClassicCos "classic-cos" Classic: S <- S, None; 24 One; "{d} = cos({a})"; Classic cos
-    80 ClassicLog "classic-log" Classic: SUpdate <- S, None; 24 One; "if {a} > 0: {d} = log({a})"; Classic log
-    81 ClassicExp "classic-exp" Classic: S <- S, None; 24 One; "{d} = exp({a})"; Classic exp
-    82 MemRead "mem-read" Classic: S <- Cell, None; 1 One; "{d} = {a}"; Move
-    83 MemWrite "mem-write" Classic: None <- None, None; 8 Cells; "memory_write(s0..s7)"; WriteCells
 }
 
 #[cfg(test)]

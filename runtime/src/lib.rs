@@ -9,8 +9,9 @@
 //! - [`Agent`]: a policy with its state, in arrays of constant capacity.
 //! - [`SliceAgent`]: the same in memory that its caller owns, for sizes known only when a policy arrives.
 //! - [`isa`]: the instruction table, from which names, encoding and costs derive.
-//! - [`math`]: what every operation means; the only place that computes with floats.
-//! - [`front_end`]: what a policy perceives of an observation, where it has a front end.
+//! - [`math`]: what every operation computes; the only place with float arithmetic.
+//! - [`front_end`]: standardises observations and replaces blank ones, where a policy has a front end.
+//! - [`registers`]: where the registers of a program lie in the state.
 //! - [`rng`]: seeds and random streams; [`memory`]: which of them memory writes follow.
 //!
 //! A champion computes the same bits on every target: `docs/semantics.md` in the repository defines them.
@@ -19,10 +20,16 @@
 //! |---|---|---|
 //! | `all-operations` | every group of instructions below | on |
 //! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
-//! | `front-end` | execute [front ends](front_end): standardised observations, belief where they are blank; a policy that has one is refused without | on |
+//! | `write-distributions` | execute policies whose memory is written by [other distributions](blob::WriteDistribution) than the thesis's; they are refused without | on |
+//! | `front-end` | execute [front ends](front_end): standardised observations, and what replaces blank ones; a policy that has one is refused without | on |
+//! | `action-programs` | execute policies whose [outputs have programs of their own](blob::ActionKind::Each); they are refused without | on |
+//! | `small-code` | half the flash for vectors and matrices, but slower; results stay the same | off |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
-//! | `wire` | what host and board say to each other over a serial line | off |
+//! | `wire` | the messages between host and board over a serial line | off |
+//!
+//! Header, records, codes and errors are `#[non_exhaustive]`: a new field or code of the format is no breaking change.
+//! Enums such as [`Action`] and [`isa::Operand`] are not: whoever handles one must handle every case.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(

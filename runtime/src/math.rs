@@ -1,8 +1,8 @@
 //! What every operation means: plain functions over numbers, and the only rule for non-finite results.
 //!
-//! This module and its child are the sole places in the crate where floats are computed with; a lint
-//! (`clippy::float_arithmetic`) denies it elsewhere. Order of operations is part of the definition,
-//! so that every target computes the same bits: no fused multiply-add, no reassociation.
+//! Only this module and its children compute with floats; the lint `clippy::float_arithmetic` denies it elsewhere.
+//! The order of operations is part of the definition: no fused multiply-add, no reassociation. So every target computes
+//! the same bits.
 
 #![expect(
     clippy::float_arithmetic,
@@ -22,9 +22,12 @@ pub fn finite(x: f32) -> f32 {
     if x.is_finite() { x } else { 0.0 }
 }
 
+/// Whether code is shaped for a host, which predicts branches, or for a microcontroller, where each instruction costs.
+pub(crate) const HOST: bool = cfg!(target_pointer_width = "64");
+
 /// [`finite`] as a branch that is hardly ever taken: what follows need not wait for the comparison.
 #[inline(always)]
-pub(crate) fn settle(x: f32) -> f32 {
+fn canonicalize(x: f32) -> f32 {
     if x.is_finite() { x } else { undefined() }
 }
 
@@ -61,12 +64,25 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
-/// Defines operations under the number rule of the standard set, in three forms of the same bits.
+/// Defines operations under the number rule of the standard set, in forms for different loops that give the same bits.
 macro_rules! operations {
     ($($(#[$doc:meta])* $name:ident |$($x:ident),+| $body:expr;)*) => {
-        /// Operations before the number rule, for loops that apply it in one place to whatever they computed.
-        pub(crate) mod raw {
-            $(#[inline(always)] pub(crate) fn $name($($x: f32),+) -> f32 { $body })*
+        /// Operations before the number rule.
+        mod raw {
+            $(#[inline(always)] pub(super) fn $name($($x: f32),+) -> f32 { $body })*
+        }
+
+        /// Operations for the loop over scalar instructions.
+        ///
+        /// On a host they leave the number rule to the loop, which applies it in one place to whatever was computed.
+        pub(crate) mod scalar {
+            use super::{HOST, canonicalize, raw};
+            pub(crate) use super::{abs, acos, asin, cond, cos, heaviside, max, min, sin, tan};
+
+            $(#[inline(always)] pub(crate) fn $name($($x: f32),+) -> f32 {
+                let result = raw::$name($($x),+);
+                if HOST { result } else { canonicalize(result) }
+            })*
         }
 
         /// Operations for the elements of vectors: without branches, so that several are computed at once.
@@ -77,7 +93,7 @@ macro_rules! operations {
             $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { finite(raw::$name($($x),+)) })*
         }
 
-        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { settle(raw::$name($($x),+)) })*
+        $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { canonicalize(raw::$name($($x),+)) })*
     };
 }
 

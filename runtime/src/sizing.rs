@@ -4,13 +4,13 @@ use core::fmt;
 
 use crate::blob::{Header, HeaderFault, OLDEST_VERSION, VERSION};
 
-/// What an [`Agent`](crate::Agent) needs for a policy, or offers to one.
+/// What an agent needs for a policy, or offers to one.
 ///
 /// # Examples
 /// ```
 /// use tpg_runtime::Capacities;
 ///
-/// # const CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+/// # const CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
 /// const NEEDED: Capacities = Capacities::of(CHAMPION);
 /// const AVAILABLE: Capacities = Capacities { words: 128, programs: 8, teams: 4, streams: 6, ..NEEDED };
 /// const _: () = NEEDED.assert_fits(&AVAILABLE);
@@ -117,11 +117,20 @@ impl Capacities {
         }
     }
 
+    /// Checks that an agent of these capacities fits into `available`.
+    pub(crate) const fn check(&self, available: &Self) -> Result<(), CapacityError> {
+        match self.excess_over(available) {
+            None => Ok(()),
+            Some((resource, needed, available)) => Err(CapacityError {
+                resource,
+                needed,
+                available,
+            }),
+        }
+    }
+
     /// The first resource of which more is needed than there is, or the width if it differs: name, needed, available.
-    pub(crate) const fn excess_over(
-        &self,
-        available: &Self,
-    ) -> Option<(&'static str, usize, usize)> {
+    const fn excess_over(&self, available: &Self) -> Option<(&'static str, usize, usize)> {
         if self.width != available.width {
             Some(("width", self.width, available.width))
         } else if self.words > available.words {
@@ -170,38 +179,6 @@ impl fmt::Display for CapacityError {
 }
 
 impl core::error::Error for CapacityError {}
-
-/// The type of the agent that has exactly the capacities that a policy needs.
-///
-/// The argument is the policy's bytes, a constant or a static; what [`Capacities::of`] refuses does not compile.
-///
-/// # Examples
-/// ```
-/// use tpg_runtime::{Policy, agent_type};
-///
-/// # static CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
-/// type Champion = agent_type!(CHAMPION);
-///
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let mut agent = Champion::new(Policy::load(CHAMPION)?)?;
-/// # let observation = [0.0; 3];
-/// let decision = agent.decide(&observation)?;
-/// # Ok(())
-/// # }
-/// ```
-#[macro_export]
-macro_rules! agent_type {
-    ($bytes:expr) => {
-        $crate::Agent<
-            'static,
-            $crate::Fixed<{ $crate::Capacities::of($bytes).width }>,
-            { $crate::Capacities::of($bytes).words },
-            { $crate::Capacities::of($bytes).programs },
-            { $crate::Capacities::of($bytes).teams },
-            { $crate::Capacities::of($bytes).streams },
-        >
-    };
-}
 
 /// A short message put together in a constant expression, where nothing else formats numbers.
 struct Text {
@@ -255,7 +232,7 @@ mod tests {
     extern crate std;
     use super::*;
 
-    const POLICY: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+    const POLICY: &[u8] = include_bytes!("../examples/team-memory.tpg");
 
     #[test]
     fn capacities_are_those_of_the_header() {

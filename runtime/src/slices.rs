@@ -3,11 +3,10 @@
 use core::marker::PhantomData;
 
 use crate::decision::{Decision, ObservationError, Reset};
-use crate::exec::{self, Machine};
+use crate::exec::Machine;
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
 use crate::sizing::{Capacities, CapacityError};
-use crate::state;
 use crate::verify::Policy;
 use crate::width::Width;
 
@@ -31,7 +30,7 @@ pub struct Slices<'s> {
 /// use tpg_runtime::rng::Pcg32;
 /// use tpg_runtime::{AnyWidth, Policy, SliceAgent, Slices};
 ///
-/// # static CHAMPION: &[u8] = include_bytes!("../../tests/golden/v1/team-memory.tpg");
+/// # static CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let (mut words, mut bids, mut visited) = ([0.0; 512], [0.0; 8], [false; 4]);
 /// let mut streams = [(); 8].map(|()| Pcg32::new(0, 0));
@@ -64,27 +63,21 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
             teams: slices.visited.len(),
             streams: slices.streams.len(),
         };
-        if let Some((resource, needed, available)) = needed.excess_over(&available) {
-            return Err(CapacityError {
-                resource,
-                needed,
-                available,
-            });
-        }
+        needed.check(&available)?;
         let slices = Slices {
             words: slices.words.get_mut(..needed.words).unwrap_or_default(),
             bids: slices.bids.get_mut(..needed.programs).unwrap_or_default(),
             visited: slices.visited.get_mut(..needed.teams).unwrap_or_default(),
             streams: slices.streams.get_mut(..needed.streams).unwrap_or_default(),
         };
-        let mut indexed = IndexedStream::default();
-        state::start(&policy, slices.words, slices.streams, &mut indexed);
-        Ok(SliceAgent {
+        let mut agent = SliceAgent {
             policy,
             slices,
-            indexed,
+            indexed: IndexedStream::default(),
             width: PhantomData,
-        })
+        };
+        agent.machine().start();
+        Ok(agent)
     }
 
     /// The policy that the agent executes.
@@ -95,15 +88,7 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
 
     /// As [`Agent::reset`](crate::Agent::reset).
     pub fn reset(&mut self, what: Reset, agent_seed: u64) {
-        let Slices { words, streams, .. } = &mut self.slices;
-        state::reset(
-            &self.policy,
-            words,
-            streams,
-            &mut self.indexed,
-            what,
-            agent_seed,
-        );
+        self.machine().reset(what, agent_seed);
     }
 
     /// As [`Agent::decide`](crate::Agent::decide).
@@ -111,28 +96,19 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
     /// # Errors
     /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
     pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
-        let perceived = state::observe(&self.policy, self.slices.words, observation)?;
         let vectors = W::vectors::<()>(self.policy.header.width);
-        let mut machine = Machine {
-            words: &mut *self.slices.words,
+        self.machine().decide(vectors, observation, ())
+    }
+
+    #[inline(always)]
+    fn machine(&mut self) -> Machine<'_, 'p, [f32]> {
+        Machine {
+            policy: &self.policy,
+            words: self.slices.words,
             bids: self.slices.bids,
             visited: self.slices.visited,
             streams: self.slices.streams,
             indexed: &mut self.indexed,
-            observer: (),
-        };
-        let path = exec::decide(&self.policy, &mut machine, vectors);
-        Ok(Decision {
-            action: state::take_action(
-                &self.policy,
-                self.slices.words,
-                self.slices.bids,
-                path.winner,
-                &mut (),
-            ),
-            winner: path.winner,
-            instructions: perceived + path.instructions,
-            teams: path.teams,
-        })
+        }
     }
 }

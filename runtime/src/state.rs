@@ -1,8 +1,10 @@
-//! What agents do with their state, whoever owns it.
+//! What agents do with their state, wherever it is kept.
+
+use core::borrow::BorrowMut;
 
 use crate::blob::{ActionKind, Header, MemoryModel};
-use crate::decision::{Action, ObservationError, Reset};
-use crate::exec;
+use crate::decision::{Action, Decision, ObservationError, Reset};
+use crate::exec::{self, Machine, Run, Vectors};
 #[cfg(feature = "front-end")]
 use crate::front_end;
 use crate::math;
@@ -12,48 +14,78 @@ use crate::tables::{Program, ProgramId, Section, Target, Team, TeamId};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
-/// Makes the state of a policy that was just loaded: everything reset, with seed 0.
-pub(crate) fn start(
-    policy: &Policy<'_>,
-    words: &mut [f32],
-    streams: &mut [Pcg32],
-    indexed: &mut IndexedStream,
-) {
-    words.fill(0.0);
-    restore_memory(policy, words);
-    reset_registers(policy, words);
-    *indexed = seed_streams(policy, streams, 0);
+impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
+    /// The machine with its words as a slice, so that what follows is compiled once for all capacities.
+    pub(crate) fn sliced(self) -> Machine<'s, 'p, [f32]> {
+        Machine {
+            policy: self.policy,
+            words: self.words.borrow_mut(),
+            bids: self.bids,
+            visited: self.visited,
+            streams: self.streams,
+            indexed: self.indexed,
+        }
+    }
+
+    /// Decides on an observation, with `vectors` of the policy's width.
+    #[inline(always)]
+    pub(crate) fn decide<O: Observer>(
+        mut self,
+        vectors: Vectors<O>,
+        observation: &[f32],
+        observer: O,
+    ) -> Result<Decision<'s>, ObservationError> {
+        let policy = self.policy;
+        let standardising = observe(policy, self.words.borrow_mut(), observation)?;
+        let mut run = Run {
+            machine: &mut self,
+            vectors,
+            observer,
+        };
+        let path = run.decide();
+        let mut observer = run.observer;
+        let words = self.words.borrow_mut();
+        Ok(Decision {
+            action: take_action(policy, words, self.bids, path.winner, &mut observer),
+            winner: path.winner,
+            instructions: standardising + path.instructions,
+            teams: path.teams,
+        })
+    }
 }
 
-/// Begins an agent's evaluation or one of its episodes (thesis Algorithm 1).
-pub(crate) fn reset(
-    policy: &Policy<'_>,
-    words: &mut [f32],
-    streams: &mut [Pcg32],
-    indexed: &mut IndexedStream,
-    what: Reset,
-    agent_seed: u64,
-) {
-    let scope = policy.header.reset_scope;
-    let (registers, memory) = match what {
-        Reset::Agent => scope.at_agent(),
-        Reset::Episode => scope.at_episode(),
-    };
-    clear_front_end(policy, words);
-    if memory {
-        restore_memory(policy, words);
+impl Machine<'_, '_, [f32]> {
+    /// Makes the state of a policy that was just loaded: resets everything, with seed 0.
+    pub(crate) fn start(self) {
+        self.words.fill(0.0);
+        restore_memory(self.policy, self.words);
+        reset_registers(self.policy, self.words);
+        *self.indexed = seed_streams(self.policy, self.streams, 0);
     }
-    if registers {
-        reset_registers(policy, words);
-        *indexed = seed_streams(policy, streams, agent_seed);
+
+    /// Begins an agent's evaluation or one of its episodes (thesis Algorithm 1).
+    pub(crate) fn reset(self, what: Reset, agent_seed: u64) {
+        let scope = self.policy.header.reset_scope;
+        let (registers, memory) = match what {
+            Reset::Agent => scope.at_agent(),
+            Reset::Episode => scope.at_episode(),
+        };
+        clear_front_end(self.policy, self.words);
+        if memory {
+            restore_memory(self.policy, self.words);
+        }
+        if registers {
+            reset_registers(self.policy, self.words);
+            *self.indexed = seed_streams(self.policy, self.streams, agent_seed);
+        }
     }
 }
 
-/// Puts an observation, or what the front end makes of it, into the window, cyclically; non-finite elements count as 0.
+/// Fills the window with the observation, repeated cyclically, or with what the front end makes of it.
 ///
-/// Returns the instructions that the front end counts as.
+/// Non-finite elements count as 0. Returns the instructions that the front end counts as.
 #[inline(always)]
-pub(crate) fn observe(
+fn observe(
     policy: &Policy<'_>,
     words: &mut [f32],
     observation: &[f32],
@@ -73,12 +105,12 @@ pub(crate) fn observe(
         return Ok(0);
     };
     #[cfg(feature = "front-end")]
-    let perceived = policy
+    let standardised = policy
         .front_end()
         .map(|front_end| front_end::apply(&front_end, header, first, behind, observation));
     #[cfg(not(feature = "front-end"))]
-    let (perceived, _) = (None, behind);
-    if perceived.is_none() {
+    let (standardised, _) = (None, behind);
+    if standardised.is_none() {
         for (word, x) in first.iter_mut().zip(observation) {
             *word = math::finite(*x);
         }
@@ -88,10 +120,10 @@ pub(crate) fn observe(
             *word = *x;
         }
     }
-    Ok(perceived.unwrap_or(0))
+    Ok(standardised.unwrap_or(0))
 }
 
-/// Empties window and belief at the start of an episode, where a front end lets them outlive a decision.
+/// Clears the window and the model's words at the start of an episode, if a front end lets them outlive a decision.
 #[inline]
 fn clear_front_end(policy: &Policy<'_>, words: &mut [f32]) {
     let header = &policy.header;
@@ -101,8 +133,8 @@ fn clear_front_end(policy: &Policy<'_>, words: &mut [f32]) {
     }
 }
 
-/// The action that the bids chose; continuous ones are clamped into the state's output words.
-pub(crate) fn take_action<'s, O: Observer>(
+/// The action that the bids chose. Continuous values are clamped and stored in the state's output words.
+fn take_action<'s, O: Observer>(
     policy: &Policy<'_>,
     words: &'s mut [f32],
     bids: &[f32],
@@ -148,15 +180,15 @@ fn take_output(header: &Header, words: &mut [f32], k: usize, source: usize) {
 
 /// Gives each output the value of the highest bidder among its programs, of equals the earlier one.
 ///
-/// Two passes over the members, whatever the number of outputs.
+/// This takes two passes over the members, whatever the number of outputs.
 fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], observer: &mut O) {
     let header = &policy.header;
     let (start, len) = (usize::from(header.window), header.outputs());
     let team = policy.tables.team(TeamId(0)).unwrap_or_default();
-    // The output words hold the highest bids until the outputs take their places: this needs no memory of its own.
+    // The output words hold the highest bids until the outputs replace them, so this needs no other memory.
     let highest = words.get_mut(start..).and_then(|rest| rest.get_mut(..len));
     highest.unwrap_or_default().fill(f32::MIN);
-    // A bit for each output that has its value; there are at most as many as the largest vector width.
+    // A bit for each output that has its value. There are at most 32: the largest vector width.
     let mut given = 0u32;
     for taking in [false, true] {
         for member in policy.tables.members(&team) {
@@ -186,7 +218,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
     }
 }
 
-/// Tells the front end, if there is one, what was decided.
+/// Stores the action for the front end's next prediction, if there is a front end.
 #[inline]
 fn record_action(policy: &Policy<'_>, words: &mut [f32], action: u16) {
     #[cfg(feature = "front-end")]
@@ -209,7 +241,7 @@ fn reset_registers(policy: &Policy<'_>, words: &mut [f32]) {
     }
 }
 
-/// Sets shared memory to the carried image, else to its initial values.
+/// Sets shared memory to the image that the blob carries, else to its initial values.
 fn restore_memory(policy: &Policy<'_>, words: &mut [f32]) {
     let carried = policy.tables.memory;
     if !carried.is_empty() {
@@ -233,7 +265,7 @@ fn restore_memory(policy: &Policy<'_>, words: &mut [f32]) {
     }
 }
 
-/// Seeds the streams of team memory and returns that of indexed memory.
+/// Seeds the streams of team memory, and returns the stream of indexed memory.
 fn seed_streams(policy: &Policy<'_>, streams: &mut [Pcg32], agent_seed: u64) -> IndexedStream {
     for bytes in policy.tables.teams {
         let team = Team::from_bytes(bytes);

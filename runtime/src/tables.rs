@@ -346,6 +346,9 @@ impl Instruction {
     }
 }
 
+/// Instructions as stored.
+pub(crate) type Code<'c> = &'c [[u8; Instruction::BYTES]];
+
 /// The tables of a blob, borrowed from its bytes.
 #[derive(Debug, Clone, Copy, Default)]
 #[non_exhaustive]

@@ -11,15 +11,11 @@ use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables};
 
 pub use error::VerifyError;
+pub use header::{MAX_WIDTH, MAX_WORDS};
 
 use header::{check_header, count, require};
 use programs::check_programs;
 use teams::{check_members, check_memory};
-
-/// Largest vector width that the interpreter is built for.
-pub const MAX_WIDTH: u16 = 32;
-/// Largest number of state words: every offset, also one past the end, has 16 bits.
-pub const MAX_WORDS: u32 = u16::MAX as u32;
 
 /// What one decision can cost at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

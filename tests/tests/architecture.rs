@@ -71,7 +71,10 @@ fn mujoco_is_optional() {
 
 /// The root files of the crates whose modules import in one direction.
 const CRATES: &[&str] = &[
+    "runtime/src/lib.rs",
+    "runtime/c-api/src/lib.rs",
     "runtime/tools/src/lib.rs",
+    "trainer/src/lib.rs",
     "trainer/tasks/src/lib.rs",
     "trainer/experiments/src/lib.rs",
     "trainer/cli/src/main.rs",

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 use tpg_tests::fixtures::three_teams;
-use tpg_tests::process::{command_path, finish, start, stderr, text, tpg, tpg_json, tpg_ok};
+use tpg_tests::process::{finish, start, stderr, text, tpg, tpg_json};
 
 /// Runs a command that must fail with this status and say all of this.
 fn assert_fails(arguments: &[&str], status: i32, words: &[&str]) {
@@ -275,6 +275,8 @@ fn an_interrupt_finishes_the_generation_and_checkpoints() {
 #[cfg(all(unix, feature = "mujoco"))]
 #[test]
 fn the_command_that_training_shows_can_be_pasted() {
+    use tpg_tests::process::{command_path, tpg_ok};
+
     let folder = tempfile::tempdir().expect("a folder");
     let robot = folder.path().join("my robot");
     std::fs::create_dir(&robot).expect("made");

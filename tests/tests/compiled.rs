@@ -188,7 +188,7 @@ fn export_refuses_what_it_cannot_write() {
     bytes[100] ^= 1;
     fs::write(&damaged, bytes).expect("a file");
     for (file, out, status, says) in [
-        (&policy, "while.c", 2, "no word of C"),
+        (&policy, "while.c", 2, "not a C keyword"),
         (&policy, "1st.c", 2, "champion.c"),
         (&policy, "champion.cpp", 2, "champion.c"),
         (&policy, "nowhere/champion.c", 2, "cannot write"),

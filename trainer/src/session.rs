@@ -2,9 +2,11 @@
 
 mod checkpoint;
 mod curriculum;
+mod eval_stats;
 mod front_end;
 mod provenance;
 mod race;
+mod record;
 mod report;
 mod scoring;
 mod state;
@@ -29,13 +31,14 @@ use crate::monitor::Stopped;
 use crate::pool::Pool;
 use tpg_tasks::task::Rng;
 
+use eval_stats::EvalStats;
 use provenance::Provenance;
-use scoring::{Candidate, EvalStats};
+use record::Candidate;
 use state::State;
 
 pub use checkpoint::{Checkpoint, CheckpointError, LogMark, Snapshot, TaskFile, load};
+pub use record::Record;
 pub use report::GenerationReport;
-pub use state::Record;
 
 /// Marks the random stream of evolution among those that derive from a run's seed.
 const EVOLUTION_STREAM: u64 = 4;

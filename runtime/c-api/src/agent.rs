@@ -1,4 +1,4 @@
-//! Agents on memory that the caller gives.
+//! Agents in memory that the caller gives.
 
 use core::ffi::c_void;
 use core::mem::{align_of, size_of};

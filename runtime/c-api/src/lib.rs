@@ -1,10 +1,10 @@
 //! The runtime for C.
 //!
-//! - `tpg_memory_size`, `tpg_init`, `tpg_reset`, `tpg_decide`: a policy's file, executed in memory that the caller gives.
+//! - `tpg_memory_size`, `tpg_init`, `tpg_reset`, `tpg_decide`: execute a policy's file in memory that the caller gives.
 //! - `tpg_math_*`: the functions that policies compiled to C call, so that their bits are the runtime's.
 //!
-//! This is the only crate with `unsafe`: pointers come from C. What each call demands of them stands with it; within that,
-//! every misuse is answered by a status.
+//! This crate needs `unsafe` because pointers come from C. Each call documents what its pointers must be. Within that,
+//! every misuse is answered with a status.
 //!
 //! | feature | effect | default |
 //! |---|---|---|

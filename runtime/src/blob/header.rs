@@ -141,7 +141,7 @@ coded! {
 pub struct Header {
     /// Bytes of the body.
     pub body_bytes: u32,
-    /// State words (f32) that the policy needs, at most 65 536.
+    /// State words (f32) that the policy needs, at most 65 535.
     pub words: u32,
     /// Number of programs.
     pub programs: u16,

@@ -1,25 +1,11 @@
 //! Scalar instructions: the loop in which most decisions spend their time.
 
-#![cfg_attr(
-    not(feature = "all-operations"),
-    allow(
-        dead_code,
-        unused_imports,
-        unused_variables,
-        unused_mut,
-        unreachable_code,
-        clippy::never_loop,
-        reason = "without some groups of operations, some helpers have no caller, without all of them the loop has no turns"
-    )
-)]
-
 use core::borrow::BorrowMut;
 
-use super::Code;
-use super::shared::read_cell;
-use crate::isa::Op;
-use crate::math::{self, classic, raw};
-use crate::tables::Instruction;
+use super::context::read_cell;
+use crate::isa::{self, Group, Op};
+use crate::math::{self, HOST, classic, scalar};
+use crate::tables::{Code, Instruction};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
@@ -35,24 +21,10 @@ pub(super) fn store(words: &mut [f32], at: u16, value: f32) {
     }
 }
 
-/// Whether loops are shaped for a host, which predicts branches, or for a microcontroller, where each instruction costs.
+/// Runs scalar instructions up to the first other one and returns the code from there.
 ///
-/// On a host, scalar results meet the number rule in one place, at the end of the loop, rather than in each operation that needs it:
-/// all words are finite, so where the rule has nothing to do it changes nothing. On a microcontroller, an instruction
-/// whose fields are no offsets is left to [`super::vectors`] before anything else is done with it: what then follows
-/// needs no further check, and no value in place of a missing one.
-pub(super) const HOST: bool = cfg!(target_pointer_width = "64");
-
-/// The number rule, unless it is applied later.
-#[inline(always)]
-fn ruled(x: f32) -> f32 {
-    if HOST { x } else { math::settle(x) }
-}
-
-/// Runs scalar instructions up to the first other one and returns what is left from there.
-///
-/// A function of its own with few arguments, so that the loop lives in registers. `S` is an array where the capacity is
-/// known: with room for every 16-bit offset no access needs a check.
+/// This is a function of its own with few arguments, so that the compiler keeps the loop's variables in registers. `S`
+/// is an array where the capacity is known: if it has room for every 16-bit offset, no access needs a check.
 #[inline(never)]
 pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
     policy: &Policy<'_>,
@@ -69,83 +41,59 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
         };
         let (op, [d, at_a, at_b]) = Instruction::parts(bytes);
         let Some(op) = op else { return rest };
+        // On a microcontroller, an instruction whose fields are not all offsets goes to the other loop at once. What
+        // follows then needs no further check and no value in place of a missing word.
         let inside = |at: u16| usize::from(at) < words.len();
         if !(HOST || inside(d) && inside(at_a) && inside(at_b)) {
             return rest;
         }
         let (a, b) = (load(words, at_a), load(words, at_b));
-        let result = match op {
-            #[cfg(feature = "scalar")]
-            Op::Add => ruled(raw::add(a, b)),
-            #[cfg(feature = "scalar")]
-            Op::Sub => ruled(raw::sub(a, b)),
-            #[cfg(feature = "scalar")]
-            Op::Mul => ruled(raw::mul(a, b)),
-            #[cfg(feature = "scalar")]
-            Op::Div => ruled(raw::div(a, b)),
-            #[cfg(feature = "scalar")]
-            Op::Min => math::min(a, b),
-            #[cfg(feature = "scalar")]
-            Op::Max => math::max(a, b),
-            #[cfg(feature = "scalar")]
-            Op::Pow => ruled(raw::pow(a, b)),
-            #[cfg(feature = "scalar")]
-            Op::Abs => math::abs(a),
-            #[cfg(feature = "scalar")]
-            Op::Recip => ruled(raw::recip(a)),
-            #[cfg(feature = "scalar")]
-            Op::Sqr => ruled(raw::sqr(a)),
-            #[cfg(feature = "scalar")]
-            Op::Cube => ruled(raw::cube(a)),
-            #[cfg(feature = "scalar")]
-            Op::Sqrt => ruled(raw::sqrt(a)),
-            #[cfg(feature = "scalar")]
-            Op::Sin => math::sin(a),
-            #[cfg(feature = "scalar")]
-            Op::Cos => math::cos(a),
-            #[cfg(feature = "scalar")]
-            Op::Tan => math::tan(a),
-            #[cfg(feature = "scalar")]
-            Op::Asin => math::asin(a),
-            #[cfg(feature = "scalar")]
-            Op::Acos => math::acos(a),
-            #[cfg(feature = "scalar")]
-            Op::Atan => ruled(raw::atan(a)),
-            #[cfg(feature = "scalar")]
-            Op::Tanh => ruled(raw::tanh(a)),
-            #[cfg(feature = "scalar")]
-            Op::Exp => ruled(raw::exp(a)),
-            #[cfg(feature = "scalar")]
-            Op::Log => ruled(raw::log(a)),
-            #[cfg(feature = "scalar")]
-            Op::Heaviside => math::heaviside(a),
-            #[cfg(feature = "scalar")]
-            Op::Cond => math::cond(load(words, d), a, b),
-            #[cfg(any(feature = "matrix", feature = "vector"))]
-            Op::VElement | Op::MElement => a,
-            #[cfg(feature = "classic")]
-            Op::MemRead => {
+        // What an operation does, by its form and operands. All others end the loop.
+        macro_rules! result {
+            (Scalar $f:ident: S <- S, S) => {
+                scalar::$f(a, b)
+            };
+            (Scalar $f:ident: S <- S, None) => {
+                scalar::$f(a)
+            };
+            (Scalar $f:ident: SUpdate <- $source:ident, S) => {
+                scalar::$f(load(words, d), a, b)
+            };
+            (Classic $f:ident: S <- S, None) => {
+                classic::$f(a)
+            };
+            (Classic $f:ident: SUpdate <- S, None) => {
+                classic::$f(load(words, d), a)
+            };
+            (Classic $f:ident: SUpdate <- None, None) => {
+                classic::$f(load(words, d))
+            };
+            (Move: S <- Cell, None) => {{
                 read_cell(policy, observer, at_a);
                 a
-            }
-            #[cfg(feature = "classic")]
-            Op::ClassicAdd => classic::add(load(words, d), a),
-            #[cfg(feature = "classic")]
-            Op::ClassicSub => classic::sub(load(words, d), a),
-            #[cfg(feature = "classic")]
-            Op::ClassicMult => classic::mult(load(words, d)),
-            #[cfg(feature = "classic")]
-            Op::ClassicDiv => classic::div(load(words, d)),
-            #[cfg(feature = "classic")]
-            Op::ClassicNeg => classic::neg(load(words, d), a),
-            #[cfg(feature = "classic")]
-            Op::ClassicCos => classic::cos(a),
-            #[cfg(feature = "classic")]
-            Op::ClassicLog => classic::log(load(words, d), a),
-            #[cfg(feature = "classic")]
-            Op::ClassicExp => classic::exp(a),
-            _ => return rest,
-        };
+            }};
+            (Move: S <- $element:ident, None) => {
+                a
+            };
+            ($($other:tt)*) => {
+                return rest
+            };
+        }
+        macro_rules! dispatch {
+            ($($code:literal $name:ident $mnemonic:literal $group:ident: $dst:ident <- $a:ident, $b:ident; $unit:literal $extent:ident; $notation:literal; $form:ident $($function:ident)?)*) => {
+                match op {
+                    $(Op::$name => {
+                        if !const { Group::$group.is_built() } {
+                            return rest;
+                        }
+                        result!($form $($function)?: $dst <- $a, $b)
+                    })*
+                }
+            };
+        }
+        let result = isa::table!(dispatch);
+        // On a host, the number rule is applied here, in one place. All words are finite, so it changes nothing where an
+        // operation only moves words.
         store(words, d, if HOST { math::finite(result) } else { result });
     }
 }

@@ -1,9 +1,14 @@
 //! Checks of the header against itself and the lengths of the tables.
 
-use super::{MAX_WIDTH, MAX_WORDS, VerifyError};
+use super::error::VerifyError;
 use crate::blob::{ActionKind, Header, MemoryModel, RegisterMode, ResetScope};
 use crate::isa::Group;
 use crate::tables::{Tables, Target};
+
+/// Largest vector width that the interpreter is built for.
+pub const MAX_WIDTH: u16 = 32;
+/// Largest number of state words, 65 535: every offset has 16 bits, also that of one past the end.
+pub const MAX_WORDS: u32 = u16::MAX as u32;
 
 /// The length of a table, as a number that errors can carry.
 pub(super) fn count<T>(table: &[T]) -> u32 {

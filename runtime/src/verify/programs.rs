@@ -1,7 +1,7 @@
 //! Checks of programs: place, registers, target, and every field of every instruction.
 
-use super::header::{at_most, count, require};
-use super::{MAX_WORDS, VerifyError};
+use super::error::VerifyError;
+use super::header::{MAX_WORDS, at_most, count, require};
 use crate::blob::{ActionKind, Header, InitialValues, MemoryModel};
 use crate::isa::{Destination, Group, Op, Operand, REGISTERS, SLOTS};
 use crate::registers::{Location, RegisterMap};

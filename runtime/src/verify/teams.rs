@@ -1,8 +1,8 @@
 //! Checks of teams: members, exits, shared memory and cells.
 
-use super::header::{at_most, count, require};
+use super::error::VerifyError;
+use super::header::{MAX_WORDS, at_most, count, require};
 use super::programs::{has_constants, within};
-use super::{MAX_WORDS, VerifyError};
 use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::isa::{Destination, INDEXED_CELLS, Op};
 use crate::tables::{Instruction, ProgramId, Tables, Target, Team, TeamId, span};

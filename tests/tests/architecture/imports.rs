@@ -43,7 +43,7 @@ pub fn circles(crate_root: &Path) -> Vec<String> {
         if let Some(circle) = shortest_circle(&edges, start) {
             let members: BTreeSet<Names> = circle.iter().cloned().collect();
             if seen.insert(members) {
-                let shown: Vec<String> = circle.iter().map(|name| shown(name)).collect();
+                let shown: Vec<String> = circle.iter().map(shown).collect();
                 found.push(shown.join(" -> "));
             }
         }

@@ -143,6 +143,6 @@ pub(super) fn unwritable(path: &Path) -> impl FnOnce(io::Error) -> RunFolderErro
 pub(super) fn malformed(path: &Path, why: &str) -> RunFolderError {
     RunFolderError::Malformed {
         path: path.to_owned(),
-        why: one_line(&why),
+        why: one_line(why),
     }
 }

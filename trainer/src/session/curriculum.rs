@@ -1,7 +1,8 @@
 //! Blackouts that become as frequent as the task says while training goes on.
 
+use super::Session;
 use super::race::Race;
-use super::{Candidate, Session};
+use super::record::Candidate;
 use tpg_tasks::eval::Conditions;
 
 impl Session {

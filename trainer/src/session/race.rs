@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{EvalStats, Session};
+use super::Session;
+use super::eval_stats::EvalStats;
 use crate::evolve::TeamId;
 use crate::lower::Mode;
 use crate::monitor::Stopped;

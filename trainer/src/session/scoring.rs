@@ -1,89 +1,15 @@
 //! Scoring the roots of a generation.
 
-use std::sync::Arc;
-
 use tpg_runtime::Policy;
 use tpg_runtime::blob::ResetScope;
 
-use super::{Record, Session};
-use crate::evolve::TeamId;
+use super::Session;
+use super::eval_stats::EvalStats;
+use super::record::Candidate;
 use crate::lower::Mode;
 use crate::monitor::Stopped;
 use crate::pool::{Batch, Pool, Split};
-use tpg_tasks::eval::{Domain, Episode, episode_seed};
-
-/// A root that is to be scored.
-pub(super) struct Candidate {
-    pub(super) root: TeamId,
-    /// Steps that an episode of it may be expected to take: its parent's mean.
-    pub(super) expected: f64,
-}
-
-/// What scoring a generation came to.
-#[derive(Debug, Default)]
-pub(super) struct EvalStats {
-    pub(super) steps: u64,
-    pub(super) unscorable: u64,
-    pub(super) unstable: u64,
-    pub(super) episodes: u64,
-}
-
-impl EvalStats {
-    /// Counts a team's episodes; none means that it was too large to be scored.
-    fn add(
-        &mut self,
-        episodes: Option<&[Episode]>,
-        generation: u64,
-        memory: Option<Arc<[f32]>>,
-    ) -> Record {
-        let episodes = episodes.unwrap_or_default();
-        let steps: u64 = episodes.iter().map(|e| u64::from(e.steps)).sum();
-        let instructions: u64 = episodes.iter().map(|e| e.instructions).sum();
-        let mean_of = |value: fn(&Episode) -> f64| {
-            let values: Vec<f64> = episodes.iter().map(value).collect();
-            tpg_tasks::stats::mean(&values)
-        };
-        let mean = mean_of(|e| e.total);
-        self.steps += steps;
-        self.episodes += episodes.len() as u64;
-        self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
-        self.unscorable += u64::from(!mean.is_finite());
-        Record {
-            generation,
-            score: if mean.is_finite() {
-                mean
-            } else {
-                f64::NEG_INFINITY
-            },
-            fitness: if mean.is_finite() {
-                mean_of(|e| e.shaped)
-            } else {
-                f64::NEG_INFINITY
-            },
-            scorings: 1,
-            instructions_mean: instructions as f64 / steps.max(1) as f64,
-            memory,
-            steps_mean: steps as f64 / episodes.len().max(1) as f64,
-        }
-    }
-}
-
-impl Record {
-    /// The means over the episodes of both.
-    fn and(&self, other: &Record) -> Record {
-        let (a, b) = (f64::from(self.scorings), f64::from(other.scorings));
-        let mean = |x: f64, y: f64| (a * x + b * y) / (a + b);
-        Record {
-            generation: self.generation,
-            score: mean(self.score, other.score),
-            fitness: mean(self.fitness, other.fitness),
-            scorings: self.scorings + other.scorings,
-            instructions_mean: mean(self.instructions_mean, other.instructions_mean),
-            memory: self.memory.clone(),
-            steps_mean: mean(self.steps_mean, other.steps_mean),
-        }
-    }
-}
+use tpg_tasks::eval::{Domain, episode_seed};
 
 impl Session {
     /// Scores new roots on the very bytes that would be exported, and records them.

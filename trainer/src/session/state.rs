@@ -6,28 +6,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::race::Race;
+use super::record::Record;
 use super::tuning::Lineage;
 use crate::evolve::{Population, TeamId, rank};
-
-/// What is known of a scored root.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// The generation in which it was scored.
-    pub generation: u64,
-    /// Mean return of its training episodes; −∞ if it could not be scored.
-    pub score: f64,
-    /// The same of the shaped rewards: what ranks it.
-    pub fitness: f64,
-    /// How often it was scored; both means are over all times.
-    pub scorings: u32,
-    /// Instructions executed per decision in those episodes.
-    pub instructions_mean: f64,
-    /// Shared memory as it stood when the scoring began, where memory outlives agents.
-    pub memory: Option<Arc<[f32]>>,
-    /// Steps of its mean training episode, by which the length of its children's is guessed; 0 after a resume.
-    #[serde(skip)]
-    pub steps_mean: f64,
-}
 
 /// The part of a run that a generation changes, but for the learned front end, which changes when nothing can stop a
 /// generation any more. A generation that is stopped leaves the state as it found it.

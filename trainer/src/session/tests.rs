@@ -3,7 +3,8 @@
 use tpg_runtime::blob::ResetScope;
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
-use super::{EvalStats, Session};
+use super::Session;
+use super::eval_stats::EvalStats;
 use crate::config::{Preset, resolve};
 use crate::evolve::{ResetRule, TeamId};
 use crate::lower::Mode;

@@ -4,13 +4,15 @@ use serde::{Deserialize, Serialize};
 use tpg_runtime::blob::Blob;
 use tpg_runtime::rng::mix64;
 
-use super::{Candidate, EvalStats, Session};
+use super::Session;
+use super::eval_stats::EvalStats;
+use super::record::Candidate;
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
 use crate::monitor::Stopped;
 use crate::pool::{Batch, Pool};
 use crate::tune::{RecentMean, Search, Trial};
-use tpg_tasks::eval::{Domain, Episode, episode_seed};
+use tpg_tasks::eval::{Domain, episode_seed};
 use tpg_tasks::stats::mean;
 use tpg_tasks::task::Rng;
 
@@ -356,17 +358,6 @@ impl Session {
             all[index] = *value;
         }
         rewrite_constants(&mut self.state.population, root, &constants)
-    }
-}
-
-impl EvalStats {
-    /// Counts episodes that score nobody in particular, and returns their mean.
-    pub(super) fn count(&mut self, episodes: &[Episode], value: fn(&Episode) -> f64) -> f64 {
-        self.steps += episodes.iter().map(|e| u64::from(e.steps)).sum::<u64>();
-        self.episodes += episodes.len() as u64;
-        self.unstable += episodes.iter().filter(|e| e.unstable).count() as u64;
-        let values: Vec<f64> = episodes.iter().map(value).collect();
-        mean(&values)
     }
 }
 

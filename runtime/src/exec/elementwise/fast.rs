@@ -3,8 +3,8 @@
 use core::cell::Cell;
 
 use crate::exec::rows::{matrix, put_row, vector};
-use crate::exec::scalars::{HOST, load};
-use crate::math::{self, lanes};
+use crate::exec::scalars::load;
+use crate::math::{self, HOST};
 
 /// `f` of every pair of elements of two vectors.
 #[inline(always)]
@@ -28,15 +28,20 @@ pub(in crate::exec) fn map_vector<const W: usize>(
     put_row(words, d, &value);
 }
 
-/// Every element of a vector times a scalar.
+/// `f` of a scalar and every element of a vector.
 #[inline(always)]
-pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
+pub(in crate::exec) fn scale_vector<const W: usize>(
+    words: &mut [f32],
+    [d, s, x]: [u16; 3],
+    f: impl Fn(f32, f32) -> f32,
+) {
     let s = load(words, s);
-    map_vector::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
+    map_vector::<W>(words, [d, x].map(usize::from), |x| f(s, x));
 }
 
-/// `f` of every pair of elements of two matrices, on hosts eight at a time: with four, the compiler joins groups itself, after a dear
-/// test of whether they overlap.
+/// `f` of every pair of elements of two matrices, on hosts eight at a time.
+///
+/// With groups of four, the compiler joins groups itself, after an expensive test of whether they overlap.
 #[inline(always)]
 pub(in crate::exec) fn zip_matrix<const W: usize>(
     words: &mut [f32],
@@ -58,7 +63,7 @@ pub(in crate::exec) fn zip_matrix<const W: usize>(
     zip_groups::<1>(rest, &f);
 }
 
-/// `f` of pairs of cells, `N` at a time, as long as there are so many; what is left.
+/// `f` of pairs of cells, `N` at a time, while at least `N` are left. Returns the cells that are left.
 #[inline(always)]
 fn zip_groups<const N: usize>(
     [d, a, b]: [&[Cell<f32>]; 3],
@@ -122,9 +127,13 @@ pub(in crate::exec) fn reduce_matrix<const W: usize>(
     }
 }
 
-/// Every element of a matrix times a scalar.
+/// `f` of a scalar and every element of a matrix.
 #[inline(always)]
-pub(in crate::exec) fn scale_matrix<const W: usize>(words: &mut [f32], [d, s, x]: [u16; 3]) {
+pub(in crate::exec) fn scale_matrix<const W: usize>(
+    words: &mut [f32],
+    [d, s, x]: [u16; 3],
+    f: impl Fn(f32, f32) -> f32,
+) {
     let s = load(words, s);
-    map_matrix::<W>(words, [d, x].map(usize::from), |x| lanes::mul(s, x));
+    map_matrix::<W>(words, [d, x].map(usize::from), |x| f(s, x));
 }

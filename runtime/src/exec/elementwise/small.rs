@@ -1,7 +1,5 @@
 //! All operations by one loop, which calls each through a pointer.
 
-use crate::math::lanes;
-
 /// Element k of `d` becomes `f` of element k · `step` of `a` and element k of `b`.
 #[inline(never)]
 fn each(words: &mut [f32], [d, a, b]: [usize; 3], step: usize, len: usize, f: fn(f32, f32) -> f32) {
@@ -88,9 +86,13 @@ pub(in crate::exec) fn map_vector<const W: usize>(
     each_one(words, at, W, f);
 }
 
-/// Every element of a vector times a scalar.
-pub(in crate::exec) fn scale_vector<const W: usize>(words: &mut [f32], at: [u16; 3]) {
-    each(words, at.map(usize::from), 0, W, lanes::mul);
+/// `f` of a scalar and every element of a vector.
+pub(in crate::exec) fn scale_vector<const W: usize>(
+    words: &mut [f32],
+    at: [u16; 3],
+    f: fn(f32, f32) -> f32,
+) {
+    each(words, at.map(usize::from), 0, W, f);
 }
 
 /// `f` of every pair of elements of two matrices.
@@ -111,7 +113,11 @@ pub(in crate::exec) fn map_matrix<const W: usize>(
     each_one(words, at, W * W, f);
 }
 
-/// Every element of a matrix times a scalar.
-pub(in crate::exec) fn scale_matrix<const W: usize>(words: &mut [f32], at: [u16; 3]) {
-    each(words, at.map(usize::from), 0, W * W, lanes::mul);
+/// `f` of a scalar and every element of a matrix.
+pub(in crate::exec) fn scale_matrix<const W: usize>(
+    words: &mut [f32],
+    at: [u16; 3],
+    f: fn(f32, f32) -> f32,
+) {
+    each(words, at.map(usize::from), 0, W * W, f);
 }

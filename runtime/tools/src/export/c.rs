@@ -80,7 +80,7 @@ fn write_source(out: &mut String, plan: &Plan<'_>, name: &str, command: &str) ->
         include_str!("c/assets/arithmetic.c"),
         include_str!("c/assets/root.c"),
         include_str!("c/assets/trigonometry.c"),
-        include_str!("c/assets/wide.c"),
+        include_str!("c/assets/vector.c"),
         include_str!("c/assets/matrix.c"),
     ]
     .into_iter()

@@ -4,6 +4,7 @@
 //! the C library, as in MuJoCo and NumPy, and each operation rounds once, in the order in which the formula is written.
 
 use super::measure::{Measure, Now};
+use std::cmp::Ordering;
 
 /// The most values that a formula may need at once.
 const STACK: usize = 32;
@@ -166,8 +167,12 @@ const AND: Rank = &[("&&", |a, b| truth(a != 0.0 && b != 0.0))];
 const COMPARISON: Rank = &[
     ("<=", |a, b| truth(a <= b)),
     (">=", |a, b| truth(a >= b)),
-    ("==", |a, b| truth(a <= b && a >= b)),
-    ("!=", |a, b| truth(a < b || a > b)),
+    ("==", |a, b| {
+        truth(a.partial_cmp(&b).is_some_and(Ordering::is_eq))
+    }),
+    ("!=", |a, b| {
+        truth(a.partial_cmp(&b).is_some_and(Ordering::is_ne))
+    }),
     ("<", |a, b| truth(a < b)),
     (">", |a, b| truth(a > b)),
 ];

@@ -1,7 +1,6 @@
 //! The files that a described task is made of.
 
-use super::description::like;
-use super::load::{read, unreadable};
+use super::description::{Description, like};
 use crate::task::UnknownTask;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -39,6 +38,30 @@ pub(in crate::task) fn sources(path: &Path) -> Result<Vec<(String, [u8; 32])>, U
     }
     follow(&mut found, folder, &model_path)?;
     Ok(found.into_iter().collect())
+}
+
+/// Reads a description; its model lies beside it.
+pub(super) fn read(path: &Path) -> Result<(Description, PathBuf), UnknownTask> {
+    let text = fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
+    let load = |name: &str| {
+        let path = path.with_file_name(name);
+        fs::read_to_string(&path).map_err(|error| format!("cannot be read: {error}"))
+    };
+    let description = Description::read(&text, &load).map_err(|why| UnknownTask::BadFile {
+        path: path.to_owned(),
+        why,
+    })?;
+    let model_path = path.with_file_name(&description.model);
+    // MuJoCo reads the file itself, but says less when it cannot.
+    fs::File::open(&model_path).map_err(|error| unreadable(&model_path, &error))?;
+    Ok((description, model_path))
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> UnknownTask {
+    UnknownTask::BadFile {
+        path: path.to_owned(),
+        why: format!("cannot be read: {error}"),
+    }
 }
 
 /// A description and those that it is like, in order.

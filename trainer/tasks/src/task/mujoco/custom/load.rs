@@ -1,7 +1,7 @@
 //! Robots out of files: the description, and the model, which all robots of one kind share.
 
 use super::description::{Description, Part};
-use super::files::sources;
+use super::files::{read, sources};
 use super::plant::Robot;
 use super::sound;
 use crate::task::mujoco::sim::compile;
@@ -9,8 +9,7 @@ use crate::task::{Task, UnknownTask};
 use mujoco_rs::error::MjModelError;
 use mujoco_rs::prelude::{MjModel, MjtDisableBit};
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Makes the task that a TOML file describes; names of built-in tasks are taken.
@@ -34,30 +33,6 @@ pub(in crate::task) fn load(path: &Path, taken: &[&str]) -> Result<Box<dyn Task>
     let name = model_path.to_string_lossy();
     let task = Robot::new(&description, model, &name).map_err(|why| bad(path, why))?;
     Ok(Box::new(task))
-}
-
-/// Reads a description; its model lies beside it.
-pub(super) fn read(path: &Path) -> Result<(Description, PathBuf), UnknownTask> {
-    let text = fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
-    let load = |name: &str| {
-        let path = path.with_file_name(name);
-        fs::read_to_string(&path).map_err(|error| format!("cannot be read: {error}"))
-    };
-    let description = Description::read(&text, &load).map_err(|why| UnknownTask::BadFile {
-        path: path.to_owned(),
-        why,
-    })?;
-    let model_path = path.with_file_name(&description.model);
-    // MuJoCo reads the file itself, but says less when it cannot.
-    fs::File::open(&model_path).map_err(|error| unreadable(&model_path, &error))?;
-    Ok((description, model_path))
-}
-
-pub(super) fn unreadable(path: &Path, error: &std::io::Error) -> UnknownTask {
-    UnknownTask::BadFile {
-        path: path.to_owned(),
-        why: format!("cannot be read: {error}"),
-    }
 }
 
 /// Compiles a model and tells MuJoCo what it need not compute.

@@ -1,0 +1,148 @@
+//! What instructions reach beyond the registers: evolved constants and shared memory.
+
+use crate::blob::InitialValues;
+use crate::isa::{REGISTERS, Section};
+use crate::memory::{IndexedStream, draw_slot};
+use crate::rng::Pcg32;
+use crate::tables::{Instruction, Program, Team};
+use crate::trace::{MemoryAddress, Observer};
+use crate::verify::Policy;
+
+/// The program that runs, the team that runs it, and the memory that they share with others.
+pub struct Context<'m, O> {
+    pub policy: &'m Policy<'m>,
+    pub team: &'m Team,
+    pub program: &'m Program,
+    pub streams: &'m mut [Pcg32],
+    pub indexed: &'m mut IndexedStream,
+    pub observer: &'m mut O,
+}
+
+impl<O: Observer> Context<'_, O> {
+    /// Sets the register at `d` to its evolved constants: both lie equally far from their starts.
+    pub(super) fn reload(&self, words: &mut [f32], d: u16, len: usize) {
+        let offset = u32::from(d.saturating_sub(self.program.state_start));
+        let constants_start = self.program.constants_start + offset;
+        fill_initial(self.policy, words, d, constants_start, len);
+    }
+
+    /// Writes the register at `source` to a random slot (thesis Equation 3.4.1). Slots that nobody reads are not kept.
+    pub(super) fn write(
+        &mut self,
+        words: &mut [f32],
+        section: Section,
+        source: usize,
+        width: usize,
+    ) {
+        let stream = self.team.stream(section);
+        let Some(stream) = stream.and_then(|s| self.streams.get_mut(s)) else {
+            return;
+        };
+        let slot = draw_slot(stream, self.policy.header.write_distribution.built());
+        let Some(start) = self.team.slot_start(section, slot, width) else {
+            return;
+        };
+        self.observer
+            .write(MemoryAddress::Slot(section, slot as u16));
+        copy(words, source, start, section.slot_words(width));
+    }
+
+    /// Reads one scalar: element `b` of slot `a`.
+    pub(super) fn read(
+        &mut self,
+        words: &mut [f32],
+        section: Section,
+        Instruction { d, a, b, .. }: Instruction,
+        width: usize,
+    ) {
+        if let Some(start) = self.team.slot_start(section, usize::from(a), width) {
+            self.observer.read(MemoryAddress::Slot(section, a));
+            copy(words, start + usize::from(b), usize::from(d), 1);
+        }
+    }
+
+    /// Reads all that a slot holds into the register at `d`.
+    pub(super) fn read_whole(
+        &mut self,
+        words: &mut [f32],
+        section: Section,
+        [d, slot]: [usize; 2],
+        width: usize,
+    ) {
+        if let Some(start) = self.team.slot_start(section, slot, width) {
+            self.observer
+                .read(MemoryAddress::Slot(section, slot as u16));
+            copy(words, start, d, section.slot_words(width));
+        }
+    }
+
+    /// Overwrites each kept cell, with its probability, by the register of its column (thesis Equation 2.4.2).
+    pub(super) fn write_cells(&mut self, words: &mut [f32]) {
+        let write = self.indexed.begin_write();
+        let first = self.policy.cells_start();
+        let distribution = self.policy.header.write_distribution.built();
+        for (k, cell) in write.reached(self.policy.tables.cells, distribution) {
+            self.observer.write(MemoryAddress::Cell(cell));
+            let column = usize::from(cell) % REGISTERS;
+            let register = usize::from(self.program.state_start) + column;
+            copy(words, register, first + k, 1);
+        }
+    }
+}
+
+/// Copies words within the state, one by one: `copy_within` would bring a panic into the decision.
+fn copy(words: &mut [f32], from: usize, to: usize, len: usize) {
+    for k in 0..len {
+        let value = words.get(from + k).copied();
+        if let (Some(value), Some(place)) = (value, words.get_mut(to + k)) {
+            *place = value;
+        }
+    }
+}
+
+/// Tells the observer which cell lies at a state offset.
+#[inline(always)]
+pub(super) fn read_cell(policy: &Policy<'_>, observer: &mut impl Observer, at: u16) {
+    let k = usize::from(at).checked_sub(policy.cells_start());
+    if let Some(bytes) = k.and_then(|k| policy.tables.cells.get(k)) {
+        observer.read(MemoryAddress::Cell(u16::from_le_bytes(*bytes)));
+    }
+}
+
+/// Sets a program's registers to their initial values.
+#[inline(always)]
+pub(crate) fn reset_registers(policy: &Policy<'_>, words: &mut [f32], program: &Program) {
+    let len = program.register_words(usize::from(policy.header.width));
+    fill_initial(
+        policy,
+        words,
+        program.state_start,
+        program.constants_start,
+        len,
+    );
+}
+
+/// Sets `len` words at `start` to the constants from `constants_start` on, or to zero if there are none.
+pub(crate) fn fill_initial(
+    policy: &Policy<'_>,
+    words: &mut [f32],
+    start: u16,
+    constants_start: u32,
+    len: usize,
+) {
+    let Some(place) = words
+        .get_mut(usize::from(start)..)
+        .and_then(|rest| rest.get_mut(..len))
+    else {
+        return;
+    };
+    match policy.header.initial_values {
+        InitialValues::Zero => place.fill(0.0),
+        InitialValues::Evolved => {
+            let constants = policy.tables.constants.get(constants_start as usize..);
+            for (word, bytes) in place.iter_mut().zip(constants.unwrap_or_default()) {
+                *word = f32::from_le_bytes(*bytes);
+            }
+        }
+    }
+}
