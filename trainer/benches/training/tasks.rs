@@ -70,7 +70,8 @@ fn play(task: &mut dyn Task, steps: u32) -> Duration {
             task.observe(&mut observation);
             left = limit;
         }
-        let mut values = [0.0; 8];
+        // As many as the humanoids have outputs.
+        let mut values = [0.0; 17];
         let action = match actions {
             ActionSpace::Discrete(count) => Action::Discrete(rng.below(count.into()) as u16),
             ActionSpace::Continuous { len, low, high } => {
