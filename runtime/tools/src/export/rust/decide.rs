@@ -96,8 +96,12 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         format!("math::map(&output, |x| math::clamp(x, {low}, {high}))")
     } else {
         let actions = plan.actions().into_iter();
-        let arms = actions.map(|(program, action)| format!("{program} => {action}"));
-        let arms: Vec<String> = arms.chain(["_ => 0".to_owned()]).collect();
+        let mut arms: Vec<String> = actions
+            .map(|(program, action)| format!("{program} => {action}"))
+            .collect();
+        // In the order of their texts, as modules that were exported earlier have them.
+        arms.sort_unstable();
+        arms.push("_ => 0".to_owned());
         format!("match winner {{ {} }}", arms.join(", "))
     };
     writeln!(out, "        let action = {action};")?;
