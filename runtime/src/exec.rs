@@ -51,14 +51,15 @@ pub type Vectors<O> = for<'c> fn(&mut [f32], &mut Context<'_, O>, Code<'c>) -> C
 /// One decision in progress.
 pub struct Run<'m, 's, 'p, S: ?Sized, O> {
     pub machine: &'m mut Machine<'s, 'p, S>,
-    pub vectors: Vectors<O>,
     pub observer: O,
 }
 
 impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
     /// Decides; the observation lies in the window already.
+    ///
+    /// `vectors` is an argument all the way and no field, so that compilers see which function it is and call it directly.
     #[inline(always)]
-    pub fn decide(&mut self) -> Path {
+    pub fn decide(&mut self, vectors: Vectors<O>) -> Path {
         let policy = self.machine.policy;
         self.machine.bids.fill(f32::NAN);
         self.machine.visited.fill(false);
@@ -89,7 +90,7 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
                     self.observer.skip(program_id);
                     continue;
                 }
-                let (bid, instructions) = self.bid(&team, program_id, &program);
+                let (bid, instructions) = self.bid(vectors, &team, program_id, &program);
                 path.instructions += instructions;
                 self.observer.bid(program_id, bid);
                 // Only a higher bid takes over: of equals the earlier program wins.
@@ -120,7 +121,13 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
 
     /// The program's bid in this decision, and the instructions executed for it: none if another team has run it.
     #[inline(always)]
-    fn bid(&mut self, team: &Team, program_id: ProgramId, program: &Program) -> (f32, u32) {
+    fn bid(
+        &mut self,
+        vectors: Vectors<O>,
+        team: &Team,
+        program_id: ProgramId,
+        program: &Program,
+    ) -> (f32, u32) {
         let number = usize::from(program_id.0);
         if let Some(bid) = self.machine.bids.get(number)
             && !bid.is_nan()
@@ -132,7 +139,7 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
             reset_registers(policy, self.machine.words.borrow_mut(), program);
         }
         self.observer.run(program_id, program.code_len);
-        self.execute(team, program);
+        self.execute(vectors, team, program);
         let bid = load(self.machine.words.borrow_mut(), program.state_start);
         if let Some(place) = self.machine.bids.get_mut(number) {
             *place = bid;
@@ -142,7 +149,7 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
 
     /// Executes a program's code: stretches of scalar instructions and of all others in turn.
     #[inline(always)]
-    fn execute(&mut self, team: &Team, program: &Program) {
+    fn execute(&mut self, vectors: Vectors<O>, team: &Team, program: &Program) {
         let Machine {
             policy,
             words,
@@ -165,7 +172,7 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
                 indexed,
                 observer: &mut self.observer,
             };
-            code = (self.vectors)((*words).borrow_mut(), &mut context, code);
+            code = vectors((*words).borrow_mut(), &mut context, code);
         }
     }
 }

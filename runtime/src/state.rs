@@ -39,10 +39,9 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
         let standardising = observe(policy, self.words.borrow_mut(), observation)?;
         let mut run = Run {
             machine: &mut self,
-            vectors,
             observer,
         };
-        let path = run.decide();
+        let path = run.decide(vectors);
         let mut observer = run.observer;
         let words = self.words.borrow_mut();
         Ok(Decision {

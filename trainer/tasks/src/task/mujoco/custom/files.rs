@@ -115,7 +115,7 @@ fn follow(
                 return Err(UnknownTask::BadFile {
                     path: model.to_owned(),
                     why: format!(
-                        "{name}={value:?} in it, or in a file that it includes: give a number; MuJoCo reads nan as \
+                        "{name}={value:?} in it, or in a file that it includes: give a finite number; MuJoCo reads nan as \
                          \"not said\""
                     ),
                 });
