@@ -180,6 +180,11 @@ fn planted_faults_are_found() {
             "impl T { fn f(&self, op: Op, a: f32) -> f32 { run!(match op { Op::Add => a + a, Op::Sqr => a * a, Op::Cube => a }) } }",
             "second interpreter",
         ),
+        (
+            "trainer/tasks/src/task/mujoco/custom/expression.rs",
+            "use tpg_runtime::isa::Op; fn f(a: f64) -> f64 { a }",
+            "formulas that know the runtime",
+        ),
     ];
     for (path, source, expected) in planted {
         let faults = check(path, source);

@@ -57,6 +57,8 @@ struct Program<'d> {
     /// Names of functions by their addresses.
     names: BTreeMap<u64, &'d str>,
     /// Sections of code: address and bytes.
+    /// The ends of functions by their beginnings, which are the same where a function's size is not known.
+    ends: BTreeMap<u64, u64>,
     text: Vec<(u64, &'d [u8])>,
     /// Words of constant data that may be addresses.
     constants: BTreeSet<u64>,
@@ -110,6 +112,7 @@ impl<'d> Program<'d> {
             arm,
             begin: file.entry(),
             names: BTreeMap::new(),
+            ends: BTreeMap::new(),
             text: Vec::new(),
             constants: BTreeSet::new(),
             data_begins: BTreeMap::new(),
@@ -131,6 +134,7 @@ impl<'d> Program<'d> {
                 // Symbols of Thumb code are odd too.
                 let start = if arm { address & !1 } else { address };
                 program.names.insert(start, name);
+                program.ends.insert(start, start + symbol.size());
             } else if let Some(mark) = name.strip_prefix('$') {
                 program.data_begins.insert(address, mark.starts_with('d'));
             }
@@ -173,6 +177,9 @@ impl<'d> Program<'d> {
         };
         let next = self.names.range(function + 1..).next();
         let end = next.map_or(end, |(next, _)| end.min(*next));
+        // Behind a function of known size the linker may pad, with words that would read as jumps.
+        let own = (self.ends.get(&function)).filter(|own| **own > function);
+        let end = own.map_or(end, |own| end.min(*own));
         let bytes = &bytes[..(end - function) as usize];
         let code = if self.arm {
             thumb::decode(function, bytes, |at| {
@@ -231,8 +238,10 @@ impl<'d> Program<'d> {
         if let Some(bound) = bounds.get(&function) {
             return Ok(*bound);
         }
-        if callers.contains(&function) {
-            return Err(StackError::Recursion(self.name(function)));
+        if let Some(begin) = callers.iter().position(|caller| *caller == function) {
+            let circle = callers[begin..].iter().chain([&function]);
+            let names: Vec<String> = circle.map(|caller| self.name(*caller)).collect();
+            return Err(StackError::Recursion(names.join(" calls ")));
         }
         callers.push(function);
         let (frame, targets) = &graph[&function];
