@@ -3,6 +3,8 @@
 //! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `table!`.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
+use crate::hash::fnv1a_32;
+
 /// Number of registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
 /// Slots of each section of a team's shared memory (thesis §3.4.2).
@@ -433,9 +435,9 @@ macro_rules! define {
         }
 
         /// Hash of the table: a blob made for another table is refused.
-        pub const FINGERPRINT: u32 = fingerprint(concat!($(
+        pub const FINGERPRINT: u32 = fnv1a_32(concat!($(
             stringify!($code), $mnemonic, stringify!($dst), stringify!($a), stringify!($b), ";",
-        )*));
+        )*).as_bytes());
     };
 }
 
@@ -453,16 +455,6 @@ impl Op {
             _ => None,
         }
     }
-}
-
-/// FNV-1a, 32 bits.
-const fn fingerprint(text: &str) -> u32 {
-    let (mut hash, mut rest) = (0x811c_9dc5_u32, text.as_bytes());
-    while let [byte, tail @ ..] = rest {
-        hash = (hash ^ *byte as u32).wrapping_mul(0x0100_0193);
-        rest = tail;
-    }
-    hash
 }
 
 #[cfg(test)]

@@ -56,6 +56,7 @@ pub mod blob;
 mod decision;
 mod exec;
 pub mod front_end;
+pub mod hash;
 pub mod isa;
 pub mod math;
 pub mod memory;

@@ -3,6 +3,7 @@
 //! Nothing here computes with floats: the numbers that a policy sees are put together from integers, so that no
 //! compiler and no floating-point unit has a say in them.
 
+use tpg_runtime::hash::{START_64, fnv1a_64};
 use tpg_runtime::{Action, Agent, Decision, Reset, Width};
 
 /// Decisions between two reports.
@@ -84,19 +85,11 @@ pub struct Hash(pub u64);
 
 impl Hash {
     /// The hash of nothing.
-    pub const START: Hash = Hash(0xcbf2_9ce4_8422_2325);
+    pub const START: Hash = Hash(START_64);
 
     /// Takes in a word.
     pub const fn add(&mut self, word: u32) {
-        let [a, b, c, d] = word.to_le_bytes();
-        self.byte(a);
-        self.byte(b);
-        self.byte(c);
-        self.byte(d);
-    }
-
-    const fn byte(&mut self, byte: u8) {
-        self.0 = (self.0 ^ byte as u64).wrapping_mul(0x0100_0000_01b3);
+        self.0 = fnv1a_64(self.0, &word.to_le_bytes());
     }
 
     fn decision(&mut self, decision: &Decision<'_>) {

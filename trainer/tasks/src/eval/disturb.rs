@@ -7,7 +7,7 @@ use tpg_runtime::{Action, Reset};
 
 use super::disturbance::{Direction, DisturbError, Disturbance, Effect};
 use super::{Controller, Reply};
-use crate::task::{ActionSpace, Rng};
+use crate::task::{ActionSpace, Rng, round, words_of};
 
 /// A controller behind a link with disturbances, each applied to what the one before it delivered.
 ///
@@ -169,10 +169,7 @@ impl Stage {
             Effect::Loss {
                 numerator,
                 denominator,
-            } => (
-                0,
-                (u128::from(numerator) << 64) / u128::from(denominator.max(1)),
-            ),
+            } => (0, words_of(numerator, denominator)),
             Effect::Noise(_) | Effect::Quantise(_) => (0, 0),
         };
         let mut stage = Stage {
@@ -211,12 +208,12 @@ impl Stage {
             }
             Effect::Noise(sd) => {
                 for value in frame {
-                    *value = rounded(f64::from(*value) + sd * self.rng.normal());
+                    *value = round(f64::from(*value) + sd * self.rng.normal());
                 }
             }
             Effect::Quantise(step) => {
                 for value in frame {
-                    *value = rounded((f64::from(*value) / step).round() * step);
+                    *value = round((f64::from(*value) / step).round() * step);
                 }
             }
         }
@@ -232,12 +229,6 @@ impl Stage {
             copy(&self.last, frame);
         }
     }
-}
-
-/// A value rounded to f32 once; what f32 cannot hold as a finite number becomes 0, as tasks observe it.
-fn rounded(value: f64) -> f32 {
-    let value = value as f32;
-    if value.is_finite() { value } else { 0.0 }
 }
 
 #[cfg(test)]

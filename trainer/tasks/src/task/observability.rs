@@ -108,7 +108,12 @@ fn greatest_common_divisor(a: u32, b: u32) -> u32 {
     }
 }
 
-/// How many of the 64-bit words stand for a blackout: ⌊2⁶⁴ · numerator / denominator⌋.
+/// How many of the 64-bit words stand for an event of this probability: ⌊2⁶⁴ · numerator / denominator⌋.
+pub(crate) fn words_of(numerator: u32, denominator: u32) -> u128 {
+    (u128::from(numerator) << 64) / u128::from(denominator.max(1))
+}
+
+/// The words that stand for a blackout; refuses what is no probability.
 pub(super) fn threshold(numerator: u32, denominator: u32) -> Result<u128, ObservabilityError> {
     if denominator == 0 || numerator > denominator {
         return Err(ObservabilityError::NotAProbability {
@@ -116,7 +121,7 @@ pub(super) fn threshold(numerator: u32, denominator: u32) -> Result<u128, Observ
             denominator,
         });
     }
-    Ok((u128::from(numerator) << 64) / u128::from(denominator))
+    Ok(words_of(numerator, denominator))
 }
 
 /// Reads a stack of observabilities: their texts joined by `+`, the first one applied first.

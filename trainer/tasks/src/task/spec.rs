@@ -134,7 +134,7 @@ pub(super) fn write(observation: &mut [f32], values: &[f64]) {
 }
 
 /// Rounds one value by the rule of [`Task::observe`].
-pub(super) fn round(value: f64) -> f32 {
+pub(crate) fn round(value: f64) -> f32 {
     let rounded = value as f32;
     if rounded.is_finite() { rounded } else { 0.0 }
 }
