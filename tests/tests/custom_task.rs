@@ -298,3 +298,35 @@ fn a_missing_description_is_named() {
         "{message}"
     );
 }
+
+/// Positions of 10³⁰ m: MuJoCo gives up in the first step of every episode.
+#[test]
+fn a_run_of_which_every_episode_is_unstable_says_why_and_fails() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let task = copy(folder.path());
+    let original = fs::read_to_string(&task).expect("read");
+    let wild = original.replace("position-noise = 0.6", "position-noise = 1e30");
+    assert_ne!(wild, original);
+    fs::write(&task, wild).expect("written");
+    let out = folder.path().join("run");
+    let (status, message) = train(&task, &out);
+    assert_eq!(status, Some(4), "{message}");
+    for word in ["warning", "became unstable", "BADQ", "step 1", "time step"] {
+        assert!(message.contains(word), "{word}: {message}");
+    }
+    let champion = out.join("champion.tpg");
+    let output = tpg(&[
+        "eval",
+        text(&champion),
+        "--task",
+        text(&task),
+        "--episodes",
+        "3",
+    ]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(4), "{message}");
+    assert!(
+        message.contains("all episodes became unstable") && message.contains("BADQ"),
+        "{message}"
+    );
+}

@@ -1,7 +1,7 @@
 //! What the threads of a pool tell others while they score, and what stops them.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use tpg_runtime::{ObservationError, Reset};
 use tpg_tasks::eval::{Controller, Reply};
@@ -13,6 +13,8 @@ pub struct Monitor {
     stop: Arc<AtomicBool>,
     /// The time that the run may take is over.
     expired: AtomicBool,
+    /// How the first simulation that became unstable did so.
+    instability: OnceLock<String>,
     counters: Counters,
 }
 
@@ -63,6 +65,13 @@ impl Monitor {
         self.stop.store(true, Ordering::Relaxed);
     }
 
+    /// Why the first episode that an unstable simulation ended was ended; `None` if there was none, or if its task does not
+    /// say.
+    #[must_use]
+    pub fn instability(&self) -> Option<&str> {
+        self.instability.get().map(String::as_str)
+    }
+
     /// How far the scoring of the generation is.
     #[must_use]
     pub fn progress(&self) -> Progress {
@@ -87,6 +96,16 @@ impl Monitor {
     /// Adds episodes that the generation turns out to need.
     pub(crate) fn plan(&self, episodes: u64) {
         self.counters.planned.fetch_add(episodes, Ordering::Relaxed);
+    }
+
+    /// Keeps the first reason why a simulation became unstable.
+    pub(crate) fn note_instability(&self, reason: impl FnOnce() -> Option<String>) {
+        if self.instability.get().is_none()
+            && let Some(reason) = reason()
+        {
+            // Another thread may have been first.
+            let _ = self.instability.set(reason);
+        }
     }
 
     /// Counts an episode that is done.

@@ -339,6 +339,9 @@ impl RecordingArena {
             match episode {
                 Ok(episode) => {
                     monitor.count(episode.steps);
+                    if episode.unstable {
+                        monitor.note_instability(|| arena.task().instability());
+                    }
                     ran.episodes.push(episode);
                 }
                 // The policy was lowered for this arena, so its observations have the right length.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tpg_runtime::{HostAgent, Policy};
 
-use tpg_tasks::console::{print, print_json};
+use tpg_tasks::console::{note, print, print_json};
 use tpg_tasks::eval::{
     Arena, ConstantController, Episode, EvaluationError, RandomController, evaluate,
 };
@@ -44,6 +44,7 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
         }
     };
     let report = setup.report(&episodes);
+    let unstable = report.unstable;
     let baselines = if args.baselines {
         baselines(&setup)?
     } else {
@@ -68,7 +69,16 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
             print("intervals      95 %, bootstrap; all on the same episodes")?;
         }
     }
-    Ok(Status::Fine)
+    if unstable < episodes.len() {
+        return Ok(Status::Fine);
+    }
+    let reason = arena.task().instability();
+    note(format_args!(
+        "warning: all episodes became unstable, so these returns say nothing of the policy{}; check the model, its time \
+         step, and the range of its controls",
+        reason.map_or_else(String::new, |reason| format!(" (last: {reason})"))
+    ));
+    Ok(Status::Peer)
 }
 
 /// Scores the policy and records its decisions.

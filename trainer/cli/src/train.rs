@@ -155,7 +155,7 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     let mut stability = Stability::default();
     let result = train(&mut session, &mut pool, budget, |session, report| {
         progress.show(report);
-        stability.count(report);
+        stability.count(report, monitor.instability());
         folder.record(session, report)
     });
     progress.finish();
@@ -168,7 +168,7 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
         note(format_args!("interrupted; go on with: {resume}"));
         return Ok(Status::Interrupted);
     }
-    Ok(stability.status())
+    Ok(stability.status(monitor.instability()))
 }
 
 /// Says where the champion is, and how to score it.
@@ -191,6 +191,11 @@ fn summary(session: &Session, folder: &RunFolder) {
     ));
 }
 
+/// The first reason, in brackets.
+fn because(reason: Option<&str>) -> String {
+    reason.map_or_else(String::new, |reason| format!(" (first: {reason})"))
+}
+
 /// Counts the episodes that an unstable simulation ended.
 #[derive(Debug, Default)]
 struct Stability {
@@ -202,25 +207,30 @@ impl Stability {
     /// Many are a warning.
     const MANY: f64 = 0.1;
 
-    fn count(&mut self, report: &GenerationReport) {
+    fn count(&mut self, report: &GenerationReport, reason: Option<&str>) {
         self.unstable += report.unstable;
         self.episodes += report.episodes;
         if report.unstable as f64 > Self::MANY * report.episodes as f64 {
             note(format_args!(
-                "warning: {} of {} episodes of generation {} became unstable and were ended",
-                report.unstable, report.episodes, report.generation
+                "warning: {} of {} episodes of generation {} became unstable and were ended{}",
+                report.unstable,
+                report.episodes,
+                report.generation,
+                because(reason)
             ));
         }
     }
 
     /// Says how many there were in all; a run in which all were so has failed.
-    fn status(&self) -> Status {
+    fn status(&self, reason: Option<&str>) -> Status {
         if self.unstable == 0 {
             return Status::Fine;
         }
         note(format_args!(
-            "warning: {} of {} episodes became unstable; check the model, its time step, and the range of its controls",
-            self.unstable, self.episodes
+            "warning: {} of {} episodes became unstable{}; check the model, its time step, and the range of its controls",
+            self.unstable,
+            self.episodes,
+            because(reason)
         ));
         match self.unstable == self.episodes {
             true => Status::Peer,
