@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Blocks that are kept at most. The number is even, so that blocks merge in pairs.
 const BLOCKS: usize = 32;
 
-/// Sums of iterates in blocks of equal length. The length doubles whenever there would be more than [`BLOCKS`] blocks.
+/// Sums of iterates in blocks of equal length. The length doubles whenever there would be more than 32 blocks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RecentMean {
     /// Iterates of a full block, a power of two.

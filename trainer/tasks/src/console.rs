@@ -32,7 +32,7 @@ pub fn print(text: impl fmt::Display) -> Result<(), Failure> {
 /// Prints a value as one line of JSON, floats at full precision.
 ///
 /// # Errors
-/// As [`print`]; also where the value has no form in JSON.
+/// As [`print()`]; also where the value has no form in JSON.
 pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     print(serde_json::to_string(value)?)
 }
