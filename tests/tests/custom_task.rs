@@ -315,7 +315,7 @@ fn a_run_of_which_every_episode_is_unstable_says_why_and_fails() {
         assert!(message.contains(word), "{word}: {message}");
     }
     let champion = out.join("champion.tpg");
-    let output = tpg(&[
+    let output = tpg([
         "eval",
         text(&champion),
         "--task",
