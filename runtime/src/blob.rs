@@ -1,4 +1,6 @@
-//! The file format `*.tpg`: header, postcard body, CRC-32. `docs/format.md` is its normative description.
+//! The file format `*.tpg`: a header, a body in postcard's encoding, and a CRC-32.
+//!
+//! `docs/format.md` is the specification of the format.
 
 mod decode;
 mod encode;
@@ -11,26 +13,30 @@ pub use header::{
     ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
 };
 
-/// First bytes of every blob.
+/// The first four bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"TPGB";
-/// The newest format version that this build writes and reads: policies with a front end have it.
+/// The newest format version that this build reads and writes. Policies with a front end are written in this version.
 pub const VERSION: u16 = 2;
-/// The oldest format version that this build reads; policies without a front end are written in it.
+/// The oldest format version that this build reads. Policies without a front end are written in this version.
 pub const OLDEST_VERSION: u16 = 1;
 
-/// Bytes of the checksum at the end.
+/// Length of the checksum at the end of a blob, in bytes.
 pub(crate) const CRC_BYTES: usize = 4;
-/// How checksums are computed: in as little flash as possible, or by a table of 16 KiB.
+/// How checksums are computed. The default needs the least flash.
+///
+/// The feature `fast-checksum` is faster, but it needs a table of 16 KiB.
 #[cfg(not(feature = "fast-checksum"))]
 pub(crate) type Checksum = crc::NoTable;
 #[cfg(feature = "fast-checksum")]
 pub(crate) type Checksum = crc::Table<16>;
 
-/// CRC-32 (IEEE 802.3) over header and body.
+/// The CRC-32 of IEEE 802.3. It covers the header and the body.
 pub(crate) static CRC: crc::Crc<u32, Checksum> =
     crc::Crc::<u32, Checksum>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The body as postcard sees it: byte strings of fixed-width records.
+/// The body as postcard reads and writes it.
+///
+/// The tables of fixed-width records are byte strings, so that the decoder can borrow them from the file.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Body<'a> {
     teams: &'a [u8],

@@ -1,8 +1,10 @@
-//! What every operation means: plain functions over numbers, and the only rule for non-finite results.
+//! Defines every operation as a function over numbers, and the rules for non-finite results.
 //!
-//! Only this module and its children compute with floats; the lint `clippy::float_arithmetic` denies it elsewhere.
-//! The order of operations is part of the definition: no fused multiply-add, no reassociation. So every target computes
-//! the same bits.
+//! Only this module and its children compute with floats at run time. The lint `clippy::float_arithmetic` denies it
+//! elsewhere. Tests are exempt, and so is one table that the compiler computes.
+//!
+//! The order of operations is part of each definition. There is no fused multiply-add and no reassociation, so every
+//! target computes the same bits.
 
 #![expect(
     clippy::float_arithmetic,
@@ -15,17 +17,21 @@ mod trigonometry;
 pub use front_end::{LIMIT, centred, changes, is_blank, predict, standardise};
 pub use trigonometry::{acos, asin, cos, sin, tan};
 
-/// The number rule of the standard set: a non-finite result becomes +0.
+/// The number rule of the standard set: replaces a non-finite result by +0.
 #[inline(always)]
 #[must_use]
 pub fn finite(x: f32) -> f32 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-/// Whether code is shaped for a host, which predicts branches, or for a microcontroller, where each instruction costs.
+/// Whether the code is built for a host.
+///
+/// A host predicts branches. On a microcontroller each instruction costs time. The two need different code.
 pub(crate) const HOST: bool = cfg!(target_pointer_width = "64");
 
-/// [`finite`] as a branch that is hardly ever taken: what follows need not wait for the comparison.
+/// Gives the same result as [`finite`], by a branch that is rarely taken.
+///
+/// The instructions that follow do not have to wait for the comparison.
 #[inline(always)]
 fn canonicalize(x: f32) -> f32 {
     if x.is_finite() { x } else { undefined() }
@@ -36,7 +42,7 @@ const fn undefined() -> f32 {
     0.0
 }
 
-/// The number rule of the classic set, as PyTPG's `nan_to_num`: NaN becomes +0, infinities ±`f32::MAX`.
+/// The number rule of the classic set, the same as PyTPG's `nan_to_num`: NaN becomes +0, ±∞ becomes ±`f32::MAX`.
 #[inline(always)]
 #[must_use]
 pub fn finite_classic(x: f32) -> f32 {
@@ -51,7 +57,7 @@ pub fn finite_classic(x: f32) -> f32 {
     }
 }
 
-/// Limits a finite `x` to `low..=high`.
+/// Limits `x` to `low..=high`. `x` must be finite.
 #[inline(always)]
 #[must_use]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
@@ -64,17 +70,19 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
-/// Defines operations under the number rule of the standard set, in forms for different loops that give the same bits.
+/// Defines the operations that follow the number rule of the standard set.
+///
+/// Each operation gets several forms for different loops. All forms give the same bits.
 macro_rules! operations {
     ($($(#[$doc:meta])* $name:ident |$($x:ident),+| $body:expr;)*) => {
-        /// Operations before the number rule.
+        /// Operations without the number rule.
         mod raw {
             $(#[inline(always)] pub(super) fn $name($($x: f32),+) -> f32 { $body })*
         }
 
         /// Operations for the loop over scalar instructions.
         ///
-        /// On a host they leave the number rule to the loop, which applies it in one place to whatever was computed.
+        /// On a host they do not apply the number rule. The loop applies it in one place, to every result.
         pub(crate) mod scalar {
             use super::{HOST, canonicalize, raw};
             pub(crate) use super::{abs, acos, asin, cond, cos, heaviside, max, min, sin, tan};
@@ -85,7 +93,7 @@ macro_rules! operations {
             })*
         }
 
-        /// Operations for the elements of vectors: without branches, so that several are computed at once.
+        /// Operations for the elements of vectors. They have no branches, so the compiler can compute several at once.
         pub mod lanes {
             use super::{finite, raw};
             pub use super::{abs, heaviside, max, min};
@@ -110,47 +118,47 @@ operations! {
     sub |x, y| x - y;
     /// Product.
     mul |x, y| x * y;
-    /// Quotient; 0 for a zero divisor.
+    /// Quotient. 0 for a zero divisor.
     div |x, y| x / y;
-    /// Power.
+    /// `x` to the power of `y`. 0 where the result is undefined or overflows.
     pow |x, y| libm::powf(x, y);
-    /// Reciprocal; 0 for zero.
+    /// Reciprocal. 0 for zero.
     recip |x| 1.0 / x;
     /// Square.
     sqr |x| x * x;
     /// Cube, as (x·x)·x.
     cube |x| (x * x) * x;
-    /// Square root; 0 for negative numbers.
+    /// Square root. 0 for negative numbers.
     sqrt |x| super::square_root(x);
-    /// Arc tangent.
+    /// Arc tangent in radians.
     atan |x| libm::atanf(x);
     /// Hyperbolic tangent.
     tanh |x| libm::tanhf(x);
-    /// Exponential; 0 where it overflows.
+    /// Exponential. 0 where it overflows.
     exp |x| libm::expf(x);
-    /// Natural logarithm; 0 where it is undefined.
+    /// Natural logarithm. 0 for zero and for negative numbers.
     log |x| libm::logf(x);
 }
 
 plain! {
-    /// The smaller; the second of equals.
+    /// The smaller number. The second one if they are equal.
     min |x, y| if x < y { x } else { y };
-    /// The larger; the second of equals.
+    /// The larger number. The second one if they are equal.
     max |x, y| if x > y { x } else { y };
-    /// Magnitude: the sign bit cleared.
+    /// Magnitude. Clears the sign bit.
     abs |x| x.abs();
-    /// 1 for x ≥ 0 (−0 included), else 0.
+    /// 1 for x ≥ 0, including −0. Otherwise 0.
     heaviside |x| if x >= 0.0 { 1.0 } else { 0.0 };
 }
 
-/// The conditional: `if old < x { -y } else { old }` (thesis Algorithm 2, line 13).
+/// The conditional (thesis Algorithm 2, line 13): `if old < x { -y } else { old }`.
 #[inline(always)]
 #[must_use]
 pub fn cond(old: f32, x: f32, y: f32) -> f32 {
     if old < x { -y } else { old }
 }
 
-/// The classic set (thesis §2.5.4, as PyTPG defines it): `x` is the destination, `y` the source.
+/// The classic set (thesis §2.5.4), as PyTPG defines it. `x` is the destination and `y` is the source.
 pub mod classic {
     use super::finite_classic;
 
@@ -196,14 +204,15 @@ pub fn zip<const W: usize>(x: &[f32; W], y: &[f32; W], f: impl Fn(f32, f32) -> f
     out
 }
 
-/// The correctly rounded square root; NaN for negative numbers.
+/// The correctly rounded square root. NaN for negative numbers.
 #[inline(always)]
 fn square_root(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
-/// Sum of `f` over the elements in four partial sums: element k goes into sum k mod 4, all start
-/// from +0 and are joined as (p0 + p1) + (p2 + p3).
+/// Sum of `f` over the elements, by four partial sums that start from +0.
+///
+/// Element k is added to partial sum k mod 4. The total is (p0 + p1) + (p2 + p3).
 #[inline(always)]
 fn sum(x: &[f32], f: impl Fn(f32) -> f32) -> f32 {
     let mut partial = [0.0f32; 4];
@@ -224,28 +233,28 @@ fn join([p0, p1, p2, p3]: [f32; 4]) -> f32 {
     (p0 + p1) + (p2 + p3)
 }
 
-/// Inner product, in the order of [`norm`]'s sum.
+/// Inner product. The products are summed in the same order as the squares in [`norm`].
 #[inline(always)]
 #[must_use]
 pub fn dot<const W: usize>(x: &[f32; W], y: &[f32; W]) -> f32 {
     finite(sum(&zip(x, y, |x, y| x * y), |x| x))
 }
 
-/// Euclidean norm of a vector, Frobenius norm of a matrix given row by row.
+/// Euclidean norm of a vector. For a matrix given row by row it is the Frobenius norm.
 #[inline(always)]
 #[must_use]
 pub fn norm(x: &[f32]) -> f32 {
     finite(square_root(sum(x, |x| x * x)))
 }
 
-/// Mean of the elements; 0 of none.
+/// Mean of the elements. 0 if there are none.
 #[inline(always)]
 #[must_use]
 pub fn mean(x: &[f32]) -> f32 {
     finite(sum(x, |x| x) / x.len() as f32)
 }
 
-/// Population standard deviation in two passes; the mean of the first is subject to the number rule.
+/// Population standard deviation in two passes. The number rule also applies to the mean that the first pass computes.
 #[inline(always)]
 #[must_use]
 pub fn std(x: &[f32]) -> f32 {
@@ -253,7 +262,7 @@ pub fn std(x: &[f32]) -> f32 {
     finite(square_root(sum(x, |x| (x - m) * (x - m)) / x.len() as f32))
 }
 
-/// Norm of every column.
+/// Euclidean norm of every column. The squares are summed in the same order as in [`norm`].
 #[inline(always)]
 #[must_use]
 pub fn column_norm<const W: usize>(rows: &[[f32; W]; W]) -> [f32; W] {
@@ -273,7 +282,7 @@ pub fn column_norm<const W: usize>(rows: &[[f32; W]; W]) -> [f32; W] {
     out
 }
 
-/// Matrix × vector: each element accumulates its row's products, k ascending from +0.
+/// Matrix × vector. For each element, the products are added in order of ascending index k, starting from +0.
 #[inline(always)]
 #[must_use]
 pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
@@ -288,14 +297,14 @@ pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
     out
 }
 
-/// Matrix × matrix: each element accumulates its products, k ascending from +0.
+/// Matrix × matrix. For each element, the products are added in order of ascending index k, starting from +0.
 #[inline(always)]
 #[must_use]
 pub fn mat_mul<const W: usize>(x: &[[f32; W]; W], y: &[[f32; W]; W]) -> [[f32; W]; W] {
     x.each_ref().map(|row| row_mul(row, y))
 }
 
-/// A row of [`mat_mul`]'s result, from a row of its left factor.
+/// One row of the result of [`mat_mul`]. `row` is the same row of the left factor.
 #[inline(always)]
 pub(crate) fn row_mul<const W: usize>(row: &[f32; W], y: &[[f32; W]; W]) -> [f32; W] {
     let mut out = [0.0; W];
@@ -307,7 +316,7 @@ pub(crate) fn row_mul<const W: usize>(row: &[f32; W], y: &[[f32; W]; W]) -> [f32
     map(&out, finite)
 }
 
-/// Transpose.
+/// Transpose of a matrix.
 #[inline(always)]
 #[must_use]
 pub fn transpose<const W: usize>(x: &[[f32; W]; W]) -> [[f32; W]; W] {

@@ -1,4 +1,4 @@
-//! View to verified policy: nothing in a blob is trusted before it has passed here.
+//! Verifies a decoded blob. The interpreter executes only policies that have passed these checks.
 
 mod error;
 mod header;
@@ -17,19 +17,20 @@ use header::{check_header, count, require};
 use programs::check_programs;
 use teams::{check_members, check_memory};
 
-/// What one decision can cost at most.
+/// Upper bounds of the cost of one decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Bounds {
-    /// Instructions executed: every program runs at most once; a front end counts its multiplications.
+    /// Number of instructions. Every program runs at most once. Each multiplication of a front end counts as one
+    /// instruction.
     pub instructions: u32,
-    /// Single-precision operations, weighted by the [cost classes](crate::isa::Cost).
+    /// Number of single-precision operations, weighted by the [cost classes](crate::isa::Cost).
     pub weighted_operations: u64,
-    /// Teams visited.
+    /// Number of teams visited.
     pub teams: u16,
 }
 
-/// A policy that has passed every check; only this can decide.
+/// A policy that has passed every check. Only such a policy can be executed.
 #[derive(Debug, Clone, Copy)]
 pub struct Policy<'a> {
     pub(crate) header: Header,
@@ -47,12 +48,13 @@ impl<'a> Policy<'a> {
         Self::verify(&Blob::decode(bytes)?)
     }
 
-    /// Checks every table of a blob, so that deciding needs no check that can fail.
+    /// Checks the header and every table of a blob. A decision can then rely on them and need not check them again.
     ///
-    /// Takes no memory, and time linear in the tables but for this: each team looks through the code of each member.
+    /// Allocates no memory. The time is linear in the size of the tables, with one exception: the code of a program is
+    /// read once more for each time that a team lists it.
     ///
     /// # Errors
-    /// Any [`VerifyError`] but [`VerifyError::Decode`].
+    /// Any [`VerifyError`] except [`VerifyError::Decode`].
     pub fn verify(blob: &Blob<'a>) -> Result<Self, VerifyError> {
         let (header, tables) = (*blob.header(), *blob.tables());
         check_header(&header, &tables)?;
@@ -82,7 +84,7 @@ impl<'a> Policy<'a> {
         })
     }
 
-    /// What the header says.
+    /// The header.
     #[must_use]
     pub const fn header(&self) -> &Header {
         &self.header
@@ -94,13 +96,13 @@ impl<'a> Policy<'a> {
         &self.tables
     }
 
-    /// What one decision can cost at most.
+    /// Upper bounds of the cost of one decision.
     #[must_use]
     pub const fn bounds(&self) -> &Bounds {
         &self.bounds
     }
 
-    /// What happens to observations before programs see them; `None` where they see them as they are.
+    /// The front end, which processes observations before programs read them. `None` if the policy has no front end.
     #[must_use]
     #[inline]
     pub fn front_end(&self) -> Option<FrontEnd<'a>> {
@@ -110,38 +112,38 @@ impl<'a> Policy<'a> {
         }
     }
 
-    /// Where an operand of an instruction of `program` lies, if it is a register or in the observation window.
+    /// The register or the word of the observation window that an instruction of `program` refers to.
     ///
-    /// `at` is a field of the instruction, or [`Program::output`]. `None` for state words that the program does not reach
-    /// this way, such as cells of indexed memory.
+    /// `at` is a field of the instruction, or [`Program::output`]. Returns `None` for all other state words, such as
+    /// cells of indexed memory.
     #[must_use]
     pub fn locate(&self, program: &Program, at: u16) -> Option<Location> {
         RegisterMap::of(&self.header, program).locate(usize::from(at))
     }
 
-    /// First state word of the kept cells of indexed memory: behind the teams' memory.
+    /// Index of the first state word of the kept cells of indexed memory. The cells follow the teams' memory.
     pub(crate) const fn cells_start(&self) -> usize {
         (self.header.words as usize).saturating_sub(self.tables.cells.len())
     }
 
-    /// Name and unit of every input, in order.
+    /// Name and unit of every element of the observation, in order.
     pub fn inputs(&self) -> impl Iterator<Item = (&'a str, &'a str)> + use<'a> {
         let inputs = usize::from(self.header.observation_len);
         labels(self.tables.labels).take(inputs)
     }
 
-    /// Name and unit of every continuous output, in order.
+    /// Name and unit of every continuous output, in order. Empty for a discrete policy.
     pub fn outputs(&self) -> impl Iterator<Item = (&'a str, &'a str)> + use<'a> {
         let inputs = usize::from(self.header.observation_len);
         labels(self.tables.labels).skip(inputs)
     }
 }
 
-/// Checks that a front end is announced exactly where there is one, and that it is sound.
+/// Checks the front end. The header must say that there is one if and only if the section is not empty.
 fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
     let words = match tables.front_end {
         [] => None,
-        // The header's check has refused what announces one.
+        // `check_header` has already refused headers with a front end, so the header has none here.
         _ if cfg!(not(feature = "front-end")) => return Err(VerifyError::FrontEndMalformed),
         section => {
             let front_end =
@@ -164,7 +166,9 @@ fn labels(text: &str) -> impl Iterator<Item = (&str, &str)> {
     lines(text).map(|line| line.split_once('\t').unwrap_or_default())
 }
 
-/// The lines of a text; unlike `str::lines`, without a way into a panic that the compiler cannot rule out.
+/// The lines of a text.
+///
+/// `str::lines` contains a panic that the compiler cannot remove. This function has none.
 fn lines(mut text: &str) -> impl Iterator<Item = &str> + Clone {
     core::iter::from_fn(move || {
         let (line, rest) = text.split_once('\n').unwrap_or((text, ""));
@@ -191,7 +195,7 @@ fn finite(words: &[[u8; 4]], table: &'static str) -> Result<(), VerifyError> {
     }
 }
 
-/// Every program runs at most once in a decision, so the sum over all of them is a bound.
+/// Computes the bounds. Every program runs at most once in a decision, so the sum over all programs is an upper bound.
 fn bounds(header: &Header, tables: &Tables<'_>) -> Bounds {
     let cells = tables.cells.len() as u16;
     let weight = |bytes: &[u8; Instruction::BYTES]| {
@@ -214,7 +218,7 @@ fn bounds(header: &Header, tables: &Tables<'_>) -> Bounds {
     }
 }
 
-/// Bits of the instruction groups that the code uses.
+/// The instruction groups that the code uses, one bit each.
 fn groups(tables: &Tables<'_>) -> u32 {
     let bits = |bytes: &[u8; Instruction::BYTES]| {
         Instruction::from_bytes(bytes).map_or(0, |i| u32::from(i.op.group().bit()))

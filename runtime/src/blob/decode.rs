@@ -1,4 +1,6 @@
-//! Bytes to borrowed view: lengths, header, checksum, tables.
+//! Decodes a blob into a view that borrows its bytes.
+//!
+//! Checks the header, the length, the checksum and the tables' layout.
 
 use core::fmt;
 
@@ -7,62 +9,62 @@ use super::{Body, CRC, CRC_BYTES, Header, OLDEST_VERSION, VERSION};
 use crate::isa::FINGERPRINT;
 use crate::tables::Tables;
 
-/// A blob whose header, lengths and checksum are right; its tables are not checked yet.
+/// A blob whose header, length and checksum are correct. The contents of its tables are not checked yet.
 #[derive(Debug, Clone, Copy)]
 pub struct Blob<'a> {
     header: Header,
     tables: Tables<'a>,
 }
 
-/// Why bytes are no blob of this version.
+/// Why bytes cannot be decoded as a blob.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DecodeError {
-    /// Fewer bytes than the smallest blob, or than the header announces.
+    /// There are fewer bytes than a header has, or fewer than the header says.
     Truncated {
-        /// Bytes that the blob should have.
+        /// Bytes that are needed: the length of the file, or that of the header if not even the header is complete.
         needed: usize,
-        /// Bytes that there are.
+        /// Bytes that were given.
         got: usize,
     },
-    /// More bytes than the header announces.
+    /// There are more bytes than the header says.
     TrailingBytes {
-        /// Bytes too many.
+        /// Number of extra bytes.
         count: usize,
     },
-    /// The bytes do not begin with the magic: this is some other file.
+    /// The bytes do not begin with [`MAGIC`](super::MAGIC). The file is not a blob.
     NotABlob,
-    /// Another version of the format.
+    /// This build does not read the file's format version.
     Version {
-        /// Version of the file.
+        /// Version in the file.
         file: u16,
         /// Newest version that this build reads.
         supported: u16,
     },
-    /// Made for another instruction table.
+    /// The blob was made for a different instruction table.
     InstructionSet {
         /// Fingerprint in the file.
         file: u32,
-        /// Fingerprint of this build's table.
+        /// Fingerprint of this build's instruction table.
         supported: u32,
     },
-    /// A field of the header holds no value of its kind.
+    /// A field of the header holds a value that the format does not define.
     HeaderField {
-        /// Which field.
+        /// Name of the field.
         field: &'static str,
     },
-    /// The checksum differs: the bytes were damaged.
+    /// The checksum is wrong. The bytes were damaged.
     Checksum {
         /// Checksum in the file.
         stored: u32,
-        /// Checksum of its bytes.
+        /// Checksum computed from the file's header and body.
         computed: u32,
     },
-    /// The body is no postcard message of this version's tables.
+    /// Postcard cannot read the tables from the body, or bytes are left over after them.
     Body,
-    /// A table's length is no multiple of its records' width.
+    /// The length of a table is not a multiple of the width of its records.
     RecordWidth {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
     },
 }
@@ -112,10 +114,12 @@ impl fmt::Display for DecodeError {
 impl core::error::Error for DecodeError {}
 
 impl<'a> Blob<'a> {
-    /// Views `bytes` as a blob; nothing is copied.
+    /// Decodes a blob. The tables borrow from `bytes` and are not copied.
+    ///
+    /// The contents of the tables are not checked. [`Policy::verify`](crate::Policy::verify) checks them.
     ///
     /// # Errors
-    /// Any [`DecodeError`]: every truncation, trailing byte and flipped bit is refused.
+    /// Any [`DecodeError`]. Truncated files, extra bytes and any single flipped bit are always refused.
     pub fn decode(bytes: &'a [u8]) -> Result<Self, DecodeError> {
         let header = Header::read(bytes).map_err(|fault| match fault {
             HeaderFault::Short => DecodeError::Truncated {
@@ -176,13 +180,13 @@ impl<'a> Blob<'a> {
         Ok(Blob { header, tables })
     }
 
-    /// What the header says.
+    /// The header.
     #[must_use]
     pub const fn header(&self) -> &Header {
         &self.header
     }
 
-    /// The tables, as stored.
+    /// The tables, as they are stored.
     #[must_use]
     pub const fn tables(&self) -> &Tables<'a> {
         &self.tables

@@ -1,19 +1,19 @@
-//! Tables to bytes, for whoever exports policies.
+//! Encodes tables as a blob. Programs that export policies need this.
 
 use core::fmt;
 
 use super::{Body, CRC, Header};
 use crate::tables::Tables;
 
-/// Why tables could not be written.
+/// Why tables could not be encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// The buffer is too small; [`encoded_bound`] says what is enough.
+    /// The buffer is too small. [`encoded_bound`] gives a sufficient size.
     BufferTooSmall {
-        /// Bytes that are enough.
+        /// A sufficient number of bytes.
         needed: usize,
-        /// Bytes that the buffer has.
+        /// Length of the buffer in bytes.
         available: usize,
     },
 }
@@ -33,7 +33,7 @@ impl fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Number of bytes that are enough to encode `tables`.
+/// An upper bound of the length of a blob with these tables, in bytes. The encoded blob may be shorter.
 #[must_use]
 pub fn encoded_bound(tables: &Tables<'_>) -> usize {
     const LONGEST_VARINT: usize = 10;
@@ -54,9 +54,11 @@ pub fn encoded_bound(tables: &Tables<'_>) -> usize {
         + tables.observability.len()
 }
 
-/// Writes a blob into `buffer` and returns its length; `header.body_bytes` is ignored and filled in.
+/// Writes a blob into `buffer` and returns its length in bytes.
 ///
-/// Nothing is checked here: decode and verify what was written before trusting it.
+/// The function ignores `header.body_bytes` and writes the actual length of the body instead.
+///
+/// The function does not check the policy. Decode and verify the blob before you use it.
 ///
 /// # Errors
 /// [`EncodeError::BufferTooSmall`] if the blob does not fit.

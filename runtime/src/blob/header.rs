@@ -1,4 +1,4 @@
-//! The fixed-size header, readable in constant expressions.
+//! The header of a blob. It has a fixed size, and constant expressions can read it.
 
 use super::{CRC_BYTES, MAGIC, OLDEST_VERSION, VERSION};
 use crate::isa::FINGERPRINT;
@@ -12,14 +12,14 @@ macro_rules! coded {
         pub enum $name { $($(#[$variant_doc])* $variant = $code,)* }
 
         impl $name {
-            /// Every value, in the order of their codes.
+            /// Every value, in the order of the codes.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
             const fn from_code(code: u8) -> Option<Self> {
                 match code { $($code => Some(Self::$variant),)* _ => None }
             }
 
-            /// The name used in configurations and reports.
+            /// The name that configurations and reports use.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
@@ -29,19 +29,22 @@ macro_rules! coded {
 }
 
 coded! {
-    /// What a decision yields.
+    /// What kind of action a decision returns.
     ActionKind {
-        /// The index of one of several actions.
+        /// The index of one action.
         Discrete = 0 "discrete",
-        /// One value for each output.
+        /// One value for each output. The winning program gives all of them.
         Continuous = 1 "continuous",
-        /// One value for each output, from programs of its own: the highest bidder among those gives it.
+        /// One value for each output. Each output has its own programs.
+        /// The highest bidder among them gives the value.
         Each = 2 "each",
     }
 }
 
 impl ActionKind {
-    /// Whether this build of the runtime executes such policies; feature `action-programs` for [`ActionKind::Each`].
+    /// Whether this build executes policies of this kind.
+    ///
+    /// [`ActionKind::Each`] needs the feature `action-programs`.
     #[must_use]
     pub const fn is_built(self) -> bool {
         cfg!(feature = "action-programs") || !matches!(self, Self::Each)
@@ -49,11 +52,12 @@ impl ActionKind {
 }
 
 coded! {
-    /// Whether registers outlive a decision (thesis §3.6).
+    /// Whether registers keep their values from one decision to the next (thesis §3.6).
     RegisterMode {
-        /// Set to their initial values before each run of the program (SL, SL-NC).
+        /// Registers are set to their initial values before each run of the program (SL, SL-NC).
         Stateless = 0 "stateless",
-        /// Set to their initial values at the start of the reset scope, then left to accumulate (SR).
+        /// Registers are set to their initial values when the [`ResetScope`] requires it. Otherwise they keep their
+        /// values (SR).
         Stateful = 1 "stateful",
     }
 }
@@ -61,9 +65,9 @@ coded! {
 coded! {
     /// Where the initial values of registers and memory come from (thesis §3.4.3).
     InitialValues {
-        /// All zero; the blob holds no constants.
+        /// All initial values are zero. The blob holds no constants.
         Zero = 0 "zero",
-        /// Evolved constants.
+        /// Evolved constants, which the blob holds.
         Evolved = 1 "evolved",
     }
 }
@@ -71,25 +75,30 @@ coded! {
 coded! {
     /// When registers and memory are reset (thesis Algorithm 1).
     ResetScope {
-        /// Registers when an agent starts; memory never.
+        /// Registers are reset when an agent starts. Memory is never reset.
         Original = 0 "original",
-        /// Registers when an agent starts; memory when a generation does.
+        /// Registers are reset when an agent starts. Memory is reset when a generation starts.
         PerGeneration = 1 "per-generation",
-        /// Both when an agent starts.
+        /// Registers and memory are reset when an agent starts.
         PerAgent = 2 "per-agent",
-        /// Both when an episode starts.
+        /// Registers and memory are reset when an episode starts.
         PerEpisode = 3 "per-episode",
-        /// Registers before every run; for policies without memory and with stateless registers.
+        /// Registers are reset before every run. A policy has this scope if and only if its registers are
+        /// stateless and it has no memory.
         EveryDecision = 4 "every-decision",
-        /// Registers when an episode starts, memory when an agent does (a rule that may evolve, thesis §2.7).
+        /// Registers are reset when an episode starts, memory when an agent starts. Evolution may choose this scope
+        /// (thesis §2.7).
         MemoryPerAgent = 5 "memory-per-agent",
-        /// Registers when an agent starts, memory when an episode does (a rule that may evolve, thesis §2.7).
+        /// Registers are reset when an agent starts, memory when an episode starts. Evolution may choose this scope
+        /// (thesis §2.7).
         MemoryPerEpisode = 6 "memory-per-episode",
     }
 }
 
 impl ResetScope {
-    /// Whether registers and random streams, and whether memory, are reset at the start of an agent's evaluation.
+    /// What is reset at the start of an agent's evaluation.
+    ///
+    /// The first value says whether registers and random streams are reset, the second whether memory is reset.
     #[must_use]
     pub const fn at_agent(self) -> (bool, bool) {
         match self {
@@ -98,7 +107,9 @@ impl ResetScope {
         }
     }
 
-    /// Whether registers and random streams, and whether memory, are reset at the start of an episode.
+    /// What is reset at the start of an episode.
+    ///
+    /// The first value says whether registers and random streams are reset, the second whether memory is reset.
     #[must_use]
     pub const fn at_episode(self) -> (bool, bool) {
         match self {
@@ -111,37 +122,40 @@ impl ResetScope {
 }
 
 coded! {
-    /// What memory the programs share.
+    /// What kind of memory the programs share.
     MemoryModel {
-        /// None.
+        /// There is no shared memory.
         None = 0 "none",
-        /// Team-specific memory of scalars, vectors and matrices (thesis §3.4.2).
+        /// Each team has its own memory of scalars, vectors and matrices (thesis §3.4.2).
         Team = 1 "team",
-        /// Indexed memory of 100 × 8 scalars (thesis §2.4.3).
+        /// All programs share an indexed memory of 100 × 8 scalars (thesis §2.4.3).
         Indexed = 2 "indexed",
     }
 }
 
 coded! {
-    /// With what probabilities writes reach the slots or cells of memory.
+    /// The probability with which a write reaches each slot or cell of memory.
     WriteDistribution {
-        /// The thesis's own: normal for team memory (Equation 3.4.1), of Cauchy's shape for indexed memory
+        /// The thesis's distributions: normal for team memory (Equation 3.4.1), Cauchy-shaped for indexed memory
         /// (Equation 2.4.2).
         Thesis = 0 "thesis",
-        /// All slots or cells alike (thesis §2.7).
+        /// The same probability for all slots or cells (thesis §2.7).
         Uniform = 1 "uniform",
-        /// Each memory with the other one's shape (thesis §2.7).
+        /// Each kind of memory uses the thesis's distribution of the other kind (thesis §2.7).
         Exchanged = 2 "exchanged",
     }
 }
 
-/// What the header of a blob says, except sizes that only the decoder needs.
+/// The fields of a blob's header.
+///
+/// The magic, the format version, the header's length and the fingerprint are left out, because only the decoder needs
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Header {
-    /// Bytes of the body.
+    /// Length of the body in bytes.
     pub body_bytes: u32,
-    /// State words (f32) that the policy needs, at most 65 535.
+    /// Number of state words (f32) that the policy needs. The verifier accepts at most 65 535.
     pub words: u32,
     /// Number of programs.
     pub programs: u16,
@@ -149,43 +163,44 @@ pub struct Header {
     pub teams: u16,
     /// Number of random streams of team memory.
     pub streams: u16,
-    /// Vector width W: length of vector registers, rows and columns of matrix registers.
+    /// Vector width W. Vector registers have W elements, matrix registers W rows and W columns.
     pub width: u16,
-    /// Length of the observation.
+    /// Number of elements of the observation.
     pub observation_len: u16,
-    /// State words that hold the observation, repeated cyclically.
+    /// Number of state words that hold the observation. The observation repeats until it fills them.
     pub window: u16,
-    /// Number of outputs of a continuous policy, of actions of a discrete one.
+    /// Number of actions of a discrete policy, or number of outputs of any other policy.
     pub actions: u16,
-    /// What a decision yields.
+    /// What kind of action a decision returns.
     pub action_kind: ActionKind,
-    /// Whether registers outlive a decision.
+    /// Whether registers keep their values from one decision to the next.
     pub register_mode: RegisterMode,
-    /// Where initial values come from.
+    /// Where the initial values of registers and memory come from.
     pub initial_values: InitialValues,
     /// When registers and memory are reset.
     pub reset_scope: ResetScope,
-    /// What memory programs share.
+    /// What kind of memory the programs share.
     pub memory_model: MemoryModel,
-    /// With what probabilities writes reach the slots or cells of memory.
+    /// The probability with which a write reaches each slot or cell of memory.
     pub write_distribution: WriteDistribution,
-    /// State words of its own that the policy's [front end](crate::front_end) has; `None` without a front end.
+    /// Number of state words that the policy's [front end](crate::front_end) needs for itself. `None` if the policy has
+    /// no front end.
     ///
-    /// A header with one is of format version 2, the others of version 1.
+    /// A header with a front end has format version 2, any other header version 1.
     pub front_end: Option<u16>,
-    /// Bits of the [instruction groups](crate::isa::Group) that the code uses.
+    /// The [instruction groups](crate::isa::Group) that the code uses, one bit each.
     pub groups: u16,
-    /// Lower limit of continuous actions, in the task's unit.
+    /// Lower limit of continuous actions, in the task's unit. 0 for discrete policies.
     pub action_low: f32,
-    /// Upper limit of continuous actions, in the task's unit.
+    /// Upper limit of continuous actions, in the task's unit. 0 for discrete policies.
     pub action_high: f32,
     /// Time between two decisions, in microseconds.
     pub control_period_us: u32,
-    /// Hash of configuration, seed, generation and format: names the run that made the policy.
+    /// Hash of configuration, seed, generation and format. It identifies the run that made the policy.
     pub provenance: [u8; 16],
 }
 
-/// Why a header was refused; [`super::DecodeError`] carries it on.
+/// Why a header was refused. The decoder converts it to a [`super::DecodeError`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HeaderFault {
     Short,
@@ -195,7 +210,9 @@ pub(crate) enum HeaderFault {
     Field(&'static str),
 }
 
-/// Reads `N` bytes at `at`; zeros past the end, which callers exclude by a check of the length.
+/// Reads `N` bytes at `at`.
+///
+/// Returns zeros if they lie past the end. Callers check the length first, so this does not happen.
 const fn bytes_at<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     if let Some((_, rest)) = bytes.split_at_checked(at)
         && let Some(chunk) = rest.first_chunk::<N>()
@@ -219,9 +236,9 @@ const fn u8_at(bytes: &[u8], at: usize) -> u8 {
 }
 
 impl Default for Header {
-    /// A header of an empty discrete policy: every number is 0, and every kind is the one whose code is 0.
+    /// The header of an empty discrete policy. Every number is 0, and every kind is the one with code 0.
     ///
-    /// Whoever encodes a policy starts from it and sets the fields.
+    /// Code that encodes a policy starts from this header and sets the fields.
     fn default() -> Self {
         Header {
             body_bytes: 0,
@@ -250,13 +267,15 @@ impl Default for Header {
 }
 
 impl Header {
-    /// Bytes of a header.
+    /// Length of a header in bytes.
     pub const BYTES: usize = 72;
 
-    /// Reads the header of a blob in a constant expression, to size an [`Agent`](crate::Agent) at compile time.
+    /// Reads the header of a blob. It works in constant expressions, so the size of an [`Agent`](crate::Agent) can be
+    /// computed at compile time.
     ///
-    /// Checks magic, version, instruction set and field values, but neither lengths nor the checksum:
-    /// [`Blob::decode`](super::Blob::decode) does, when the program runs. `None` where it is refused.
+    /// Checks the magic, the version, the instruction set and the codes of the kinds. Does not check the length of the
+    /// file or the checksum. [`Blob::decode`](super::Blob::decode) checks these at run time. Returns `None` if a check
+    /// fails.
     #[must_use]
     pub const fn peek(bytes: &[u8]) -> Option<Self> {
         match Self::read(bytes) {
@@ -331,7 +350,7 @@ impl Header {
         })
     }
 
-    /// The header as stored.
+    /// The header as a blob stores it.
     #[must_use]
     pub(super) fn to_bytes(self) -> [u8; Self::BYTES] {
         let mut out = [0; Self::BYTES];
@@ -380,7 +399,7 @@ impl Header {
         out
     }
 
-    /// Number of floats that a decision yields: the outputs of a continuous policy, none of a discrete one.
+    /// Number of floats that a decision returns: 0 for a discrete policy, the number of outputs for any other.
     #[must_use]
     pub const fn outputs(&self) -> usize {
         match self.action_kind {
@@ -389,12 +408,13 @@ impl Header {
         }
     }
 
-    /// Bytes of the whole file: header, body and checksum.
+    /// Length of the whole file in bytes: header, body and checksum.
     pub(crate) const fn file_bytes(&self) -> u64 {
         Self::BYTES as u64 + self.body_bytes as u64 + CRC_BYTES as u64
     }
 
-    /// First state word of the programs' registers: behind observation, outputs and what the front end has.
+    /// Index of the first state word of the programs' registers. They follow the observation window, the outputs
+    /// and the front end's words.
     #[must_use]
     pub const fn registers_start(&self) -> usize {
         let front_end = match self.front_end {

@@ -1,41 +1,49 @@
-//! What a front end computes: standardised observations, and the model that stands in for blank ones.
+//! The arithmetic of a front end: standardises observations, and predicts them by a model where they are blank.
 
 use super::{clamp, finite};
 
-/// Perceived elements lie between minus and plus this.
+/// Standardised and predicted elements are limited to −`LIMIT` to +`LIMIT`.
 pub const LIMIT: f32 = 10.0;
 
-/// Whether every element of an observation is a zero of either sign, or not finite, which counts as +0.
+/// Whether every element of an observation is zero.
+///
+/// Zeros of both signs count. A non-finite element counts as +0.
 #[must_use]
 pub fn is_blank(observation: &[f32]) -> bool {
     observation.iter().all(|x| finite(*x) == 0.0)
 }
 
-/// An element that was observed, in the front end's units: (x − `mean`) · `scale`.
+/// Standardises an observed element: (x − `mean`) · `scale`, limited to ±[`LIMIT`].
+///
+/// A non-finite `x` counts as 0, and a non-finite result becomes 0.
 #[inline(always)]
 #[must_use]
 pub fn standardise(x: f32, mean: f32, scale: f32) -> f32 {
     clamp(finite((finite(x) - mean) * scale), -LIMIT, LIMIT)
 }
 
-/// An element that was not observed: the one before and what the model adds.
+/// Predicts an element that was not observed: its last value `x` plus the model's `change`, limited to ±[`LIMIT`].
+///
+/// A non-finite sum becomes 0.
 #[inline(always)]
 #[must_use]
 pub fn predict(x: f32, change: f32) -> f32 {
     clamp(finite(x + change), -LIMIT, LIMIT)
 }
 
-/// A discrete action as a variable of the model: its number, less that of the middle one.
+/// A discrete action as a variable of the model: its number minus the middle of all numbers, (`actions` − 1) / 2.
 #[must_use]
 pub fn centred(action: u16, actions: u16) -> f32 {
     f32::from(action) - f32::from(actions.saturating_sub(1)) * 0.5
 }
 
-/// What the model adds to each believed element: the sums over the monomials in the variables up to `degree`, each times
-/// its row of `coefficients`, one for each element of `sums`.
+/// Computes the changes that the model adds to the elements, and writes them to `sums`.
 ///
-/// Monomials come depth first: 1, and then for each variable itself, its products with itself and each later one, and
-/// of each such product those with its last factor and each later variable. Sums start from +0.
+/// The model is a polynomial in `variables` up to `degree`, at most 3. Each monomial has one row of `coefficients`,
+/// with one coefficient (f32, little-endian) for each element of `sums`. Each sum starts from +0.
+///
+/// The order of the monomials is depth first. The first is 1. Then comes each variable x. It is followed by its product
+/// with each variable y, from x itself on. Each x·y is followed by its product with each variable z, from y itself on.
 #[inline(never)]
 pub fn changes(sums: &mut [f32], variables: &[f32], degree: u8, coefficients: &[[u8; 4]]) {
     sums.fill(0.0);
@@ -75,7 +83,7 @@ mod tests {
 
     #[test]
     fn monomials_come_depth_first() {
-        // One element, coefficients that tell the monomials apart by decimal places.
+        // There is one element. Only one coefficient is 1, so the sum is the value of the monomial at `index`.
         let value = |degree, variables: &[f32], index: usize, len: usize| {
             let mut coefficients = std::vec![[0; 4]; len];
             coefficients[index] = 1.0f32.to_le_bytes();

@@ -1,23 +1,24 @@
 //! Sine, cosine, tangent, arc sine and arc cosine in single precision only.
 //!
-//! `libm` computes these in f64, twenty times dearer on a single-precision FPU. Arguments below 8192 in
-//! magnitude are reduced by π/2 in three parts (Cody and Waite) and evaluated by the minimax
-//! polynomials of Cephes' `sinf`; larger ones first go through the remainder (`fmodf`) by the f32 nearest to 2π, which
-//! is the definition there, not an approximation of the true sine.
+//! `libm` computes all of these except arc cosine in f64. This is twenty times slower on a single-precision FPU.
 //!
-//! Largest absolute error against the exact function, tested below: sine and cosine 1.0e-7 for
-//! |x| < 8192; on [−1, 1] arc sine 2.0e-7 and arc cosine 4.0e-7.
+//! Sine and cosine reduce arguments below 8192 in magnitude by π/2 in three parts (Cody and Waite). They then evaluate
+//! the minimax polynomials of Cephes' `sinf`. For larger arguments they first take the remainder (`fmodf`) by the f32
+//! nearest to 2π. There, this defines the result. It does not approximate the exact sine.
+//!
+//! The tests check the largest absolute error against the exact function. It is 1.0e-7 for sine and cosine where
+//! |x| < 8192. On [−1, 1] it is 2.0e-7 for arc sine and 4.0e-7 for arc cosine.
 
 use super::{finite, square_root};
 
 const REDUCTION_LIMIT: f32 = 8192.0;
-/// A little less than π/4: below, an argument is its own rest, so nothing waits for a reduction.
+/// A little less than π/4. Arguments of smaller magnitude need no reduction, so the code skips it to save time.
 const FIRST_QUADRANT: f32 = 0.78;
 const TWO_PI: f32 = core::f32::consts::TAU;
-/// π/2 in three parts: the first two have so few bits that their product with a quadrant is exact.
+/// π/2 in three parts. The first two have few bits, so that their products with a quadrant number are exact.
 const HALF_PI_PARTS: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
-/// Quadrant of `x` (not reduced modulo 4) and the rest in about ±π/4, for |x| < 8192.
+/// Quadrant of `x` (not reduced modulo 4), and the remainder, about −π/4 to π/4. Requires |x| < 8192.
 #[inline(always)]
 fn reduce(x: f32) -> (i32, f32) {
     if x > -FIRST_QUADRANT && x < FIRST_QUADRANT {
@@ -27,7 +28,7 @@ fn reduce(x: f32) -> (i32, f32) {
     }
 }
 
-/// [`reduce`] for any argument.
+/// Does the same as [`reduce`], without its shortcut for small arguments.
 #[inline(always)]
 fn reduce_far(x: f32) -> (i32, f32) {
     let q = x * core::f32::consts::FRAC_2_PI;
@@ -37,21 +38,21 @@ fn reduce_far(x: f32) -> (i32, f32) {
     (quadrant, ((x - k * high) - k * middle) - k * low)
 }
 
-/// sin r for |r| ≤ π/4.
+/// Sine of r for |r| ≤ π/4.
 #[inline(always)]
 fn sin_kernel(r: f32) -> f32 {
     let z = r * r;
     ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 1.666_665_5e-1) * z * r + r
 }
 
-/// cos r for |r| ≤ π/4.
+/// Cosine of r for |r| ≤ π/4.
 #[inline(always)]
 fn cos_kernel(r: f32) -> f32 {
     let z = r * r;
     ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * z * z - 0.5 * z + 1.0
 }
 
-/// The sine of `quadrant` right angles and `r`.
+/// Sine of `quadrant` · π/2 + `r`.
 #[inline(always)]
 fn sin_of(quadrant: i32, r: f32) -> f32 {
     let magnitude = if quadrant & 1 == 0 {
@@ -71,15 +72,15 @@ fn in_range(x: f32) -> f32 {
     }
 }
 
-/// The exact remainder of x over 2π, with the sign of x, as `fmodf`; NaN for a non-finite x.
+/// The exact remainder of x divided by [`TWO_PI`], with the sign of x, the same as `fmodf`. NaN for a non-finite x.
 ///
-/// `libm::fmodf` divides 64-bit integers, which takes a kilobyte of flash where there is no such instruction.
+/// `libm::fmodf` divides 64-bit integers. On targets without such an instruction, this takes a kilobyte of flash.
 fn remainder(x: f32) -> f32 {
     const MANTISSA: u32 = 0x007f_ffff;
     const HIDDEN: u32 = MANTISSA + 1;
     const EXPONENT: u32 = TWO_PI.to_bits() >> 23;
     const DIVISOR: u32 = TWO_PI.to_bits() & MANTISSA | HIDDEN;
-    /// What one unit of an integer with 2π's exponent is worth: 2^(129 − 150).
+    /// The value of the last mantissa bit of a number with 2π's exponent: 2^(129 − 150).
     const UNIT: f32 = f32::from_bits((EXPONENT - 23) << 23);
     let exponent = x.to_bits() >> 23 & 0xff;
     if exponent == 0xff {
@@ -101,33 +102,33 @@ fn remainder(x: f32) -> f32 {
     (left as f32 * UNIT).copysign(x)
 }
 
-/// Sine of an angle in radians; 0 for a non-finite one.
+/// Sine of an angle in radians. 0 for a non-finite angle.
 #[must_use]
 pub fn sin(x: f32) -> f32 {
     let (quadrant, r) = reduce(in_range(x));
     finite(sin_of(quadrant, r))
 }
 
-/// Cosine of an angle in radians; 0 for a non-finite one.
+/// Cosine of an angle in radians. 0 for a non-finite angle.
 #[must_use]
 pub fn cos(x: f32) -> f32 {
     let (quadrant, r) = reduce(in_range(x));
     finite(sin_of(quadrant.wrapping_add(1), r))
 }
 
-/// Tangent of an angle in radians, as sine over cosine; 0 where it is undefined.
+/// Tangent of an angle in radians, computed as sine divided by cosine. 0 where it is undefined.
 #[must_use]
 pub fn tan(x: f32) -> f32 {
     finite(sin(x) / cos(x))
 }
 
-/// Arc sine in radians, as 2·atan(x / (1 + √((1 − x)·(1 + x)))); 0 outside [−1, 1].
+/// Arc sine in radians, computed as 2·atan(x / (1 + √((1 − x)·(1 + x)))). 0 outside [−1, 1].
 #[must_use]
 pub fn asin(x: f32) -> f32 {
     finite(2.0 * libm::atanf(x / (1.0 + square_root((1.0 - x) * (1.0 + x)))))
 }
 
-/// Arc cosine in radians, as π/2 − asin x; 0 outside [−1, 1].
+/// Arc cosine in radians, computed as π/2 − asin x. 0 outside [−1, 1].
 #[must_use]
 pub fn acos(x: f32) -> f32 {
     if (-1.0..=1.0).contains(&x) {
@@ -142,7 +143,7 @@ mod tests {
     extern crate std;
     use super::*;
 
-    /// Largest error of `f` against `exact` over an even grid of [−limit, limit].
+    /// Largest absolute error of `f` against `exact` on an evenly spaced grid over [−limit, limit].
     fn worst(limit: f32, f: impl Fn(f32) -> f32, exact: impl Fn(f64) -> f64) -> f64 {
         let n = 400_000;
         (-n..=n)
@@ -177,7 +178,7 @@ mod tests {
         }
     }
 
-    /// Over every exponent, near multiples of 2π and far from them, in every bit.
+    /// Compares all bits for every exponent of finite numbers, near multiples of 2π and far from them.
     #[test]
     fn the_remainder_is_that_of_fmodf() {
         for exponent in 0..255u32 {

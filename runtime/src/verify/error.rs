@@ -1,96 +1,96 @@
-//! Why a policy is refused.
+//! The errors of the verifier.
 
 use core::fmt;
 
 use crate::blob::DecodeError;
 
-/// Why a well-formed blob is no executable policy.
+/// Why a policy is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum VerifyError {
-    /// The bytes are no blob.
+    /// The bytes cannot be decoded as a blob.
     Decode(DecodeError),
-    /// A header field contradicts the tables or another field.
+    /// A header field contradicts the tables or another field, or exceeds a limit.
     Header {
-        /// Which field.
+        /// Name of the field.
         field: &'static str,
-        /// What the rest of the blob asks for.
+        /// The value that is needed, or the limit that the value exceeds or falls below.
         needed: u32,
-        /// What the header says.
+        /// The value found.
         got: u32,
     },
-    /// The action range is empty or not finite.
+    /// The action range is empty or not finite, or a discrete policy has a range other than 0 to 0.
     ActionRange,
-    /// A record differs from the one form in which it may be stored.
+    /// A record does not have the one encoding that the format allows, or refers to data that is not there.
     Record {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// Which record of it.
+        /// Index of the record in the table.
         index: u32,
     },
-    /// A team has no member.
+    /// A team has no program.
     EmptyTeam {
-        /// The team.
+        /// Number of the team.
         team: u16,
     },
-    /// No member of a team has an atomic action.
+    /// No program of a team has an atomic action.
     NoExit {
-        /// The team.
+        /// Number of the team.
         team: u16,
     },
     /// A team lists a program that does not exist.
     NoSuchProgram {
-        /// The team.
+        /// Number of the team.
         team: u16,
-        /// The program.
+        /// Number of the program.
         program: u16,
     },
-    /// A program leads to a team or an action that does not exist.
+    /// A program leads to a team or an action that does not exist, or its output is not a register of the right kind.
     NoSuchTarget {
-        /// The program.
+        /// Number of the program.
         program: u16,
     },
-    /// A program leads to a team, in a policy whose programs each give an output.
+    /// A program leads to a team, but in this kind of policy each program gives an output.
     LeadsToTeam {
-        /// The program.
+        /// Number of the program.
         program: u16,
     },
-    /// No program gives this output, in a policy whose programs each give one.
+    /// No program of the team gives this output, but in this kind of policy each output needs a program.
     NoProgramFor {
-        /// The output.
+        /// Number of the output.
         output: u16,
     },
-    /// An instruction's field refers to something that it must not, or that does not exist.
+    /// A field of an instruction refers to something that does not exist or that it must not refer to.
     Operand {
-        /// Program that contains the instruction.
+        /// Number of the program that contains the instruction.
         program: u16,
-        /// Its number within the program.
+        /// Index of the instruction in the program.
         instruction: u16,
-        /// `d`, `a` or `b`.
+        /// Name of the field: `d`, `a` or `b`.
         field: char,
     },
-    /// An instruction belongs to a group or a memory model that the header does not announce.
+    /// An instruction needs a group, a memory model or evolved constants that the header does not name.
     Group {
-        /// Program that contains the instruction.
+        /// Number of the program that contains the instruction.
         program: u16,
-        /// Its number within the program.
+        /// Index of the instruction in the program.
         instruction: u16,
     },
-    /// The policy needs a part of the runtime that this build leaves out.
+    /// The policy needs a part of the runtime that this build does not have.
     Unsupported {
-        /// The feature of this crate that brings the part.
+        /// The feature of this crate that adds the part.
         feature: &'static str,
     },
-    /// A constant or a word of the memory image is not finite.
+    /// A constant or a word of the memory image is not a finite number.
     NotFinite {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// Which word of it.
+        /// Index of the word in the table.
         index: u32,
     },
-    /// The labels are not one line with name and unit for each input and output.
+    /// The labels do not have exactly one line with name and unit for each input and each output, or a name is empty.
     Labels,
-    /// The front-end section does not have its layout, or the format version is of policies without one.
+    /// The front-end section is malformed, or its presence does not agree with the format version.
     FrontEndMalformed,
 }
 

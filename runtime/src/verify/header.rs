@@ -1,16 +1,16 @@
-//! Checks of the header against itself and the lengths of the tables.
+//! Checks that the header agrees with itself and with the lengths of the tables.
 
 use super::error::VerifyError;
 use crate::blob::{ActionKind, Header, MemoryModel, RegisterMode, ResetScope};
 use crate::isa::Group;
 use crate::tables::{Tables, Target};
 
-/// Largest vector width that the interpreter is built for.
+/// Largest vector width that the interpreter supports.
 pub const MAX_WIDTH: u16 = 32;
-/// Largest number of state words, 65 535: every offset has 16 bits, also that of one past the end.
+/// Largest number of state words: 65 535. Every offset must fit in 16 bits, including the offset just past the end.
 pub const MAX_WORDS: u32 = u16::MAX as u32;
 
-/// The length of a table, as a number that errors can carry.
+/// The length of a table as a `u32`, the type that errors use.
 pub(super) fn count<T>(table: &[T]) -> u32 {
     u32::try_from(table.len()).unwrap_or(u32::MAX)
 }
@@ -35,7 +35,7 @@ pub(super) fn at_most(field: &'static str, limit: u32, got: u32) -> Result<(), V
     }
 }
 
-/// Checks that this build has every part of the runtime that a policy needs.
+/// Checks that this build has every part of the runtime that the policy needs.
 fn check_features(header: &Header) -> Result<(), VerifyError> {
     let group = Group::ALL
         .iter()
@@ -95,7 +95,7 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
         )?;
         if header.action_kind == ActionKind::Each {
             require("teams", 1, u32::from(header.teams))?;
-            // One output is what a program's own action is: one way to store it is enough.
+            // A policy with one output is stored as `Continuous`. The format allows only one encoding of a policy.
             if header.actions < 2 {
                 return Err(VerifyError::Header {
                     field: "actions",
@@ -110,12 +110,12 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
             u32::from(Target::MAX) + 1,
             u32::from(header.actions),
         )?;
-        // A discrete policy has no range; what means nothing is zero, so that a policy has one encoding.
+        // A discrete policy has no range. Unused fields must be zero, so that a policy has only one encoding.
         if header.action_low.to_bits() != 0 || header.action_high.to_bits() != 0 {
             return Err(VerifyError::ActionRange);
         }
     }
-    // Nothing outlives a decision exactly where registers and memory both do not.
+    // The scope is `EveryDecision` if and only if neither registers nor memory keep values between decisions.
     let stateless =
         header.register_mode == RegisterMode::Stateless && header.memory_model == MemoryModel::None;
     if stateless != (header.reset_scope == ResetScope::EveryDecision) {

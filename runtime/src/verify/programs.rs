@@ -1,4 +1,4 @@
-//! Checks of programs: place, registers, target, and every field of every instruction.
+//! Checks each program's position in the tables, its registers, its target and every field of its instructions.
 
 use super::error::VerifyError;
 use super::header::{MAX_WORDS, at_most, count, require};
@@ -7,7 +7,7 @@ use crate::isa::{Destination, Group, Op, Operand, REGISTERS, SLOTS};
 use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables, Target, TeamId, span};
 
-/// Checks every program and returns where team memory begins.
+/// Checks every program. Returns the index of the first state word of team memory.
 pub(super) fn check_programs(header: &Header, tables: &Tables<'_>) -> Result<usize, VerifyError> {
     let width = usize::from(header.width);
     let (mut state, mut code) = (header.registers_start(), 0u32);
@@ -50,7 +50,9 @@ pub(super) fn check_programs(header: &Header, tables: &Tables<'_>) -> Result<usi
     Ok(state)
 }
 
-/// Whether `words` constants lie at `start`; policies that begin at zero have none.
+/// Whether the table of constants has `words` constants from `start` on.
+///
+/// If all initial values are zero, there must be no constants and `start` must be 0.
 pub(super) fn has_constants(
     header: &Header,
     tables: &Tables<'_>,
@@ -66,9 +68,11 @@ pub(super) fn has_constants(
     }
 }
 
-/// Whether a continuous action lies in the program's own registers: a scalar for one output, the head of a vector for several.
+/// Whether the program's output is a register of the right kind.
 ///
-/// A program without one names the start of its registers, so that it has one encoding.
+/// For one output it must be a scalar register of the program. For several outputs of one program it must be the first
+/// word of a vector register. A program without a continuous action must name the start of its registers, so that the
+/// program has only one encoding.
 fn output_in_place(header: &Header, program: &Program) -> bool {
     let operands = Operands::new(header, program);
     let output = usize::from(program.output);
@@ -82,7 +86,7 @@ fn output_in_place(header: &Header, program: &Program) -> bool {
     }
 }
 
-/// What the fields of a program's instructions may refer to.
+/// Decides what the fields of a program's instructions may refer to.
 struct Operands {
     width: usize,
     observation: usize,
@@ -143,7 +147,7 @@ impl Operands {
             Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => at < SLOTS,
             Operand::VectorIndex => at < width,
             Operand::MatrixIndex => at < width * width,
-            // The place of the cells is known only after all programs are checked.
+            // `check_memory` checks this field. The position of the cells is not known before all programs are checked.
             Operand::Cell => true,
         }
     }
@@ -198,7 +202,7 @@ fn check_code(
             ),
             ('a', operands.is_source(a, usize::from(instruction.a))),
             ('b', operands.is_source(b, usize::from(instruction.b))),
-            // A write of indexed memory stores register c in column c: all must be there.
+            // A write to indexed memory stores scalar register c in column c, so the program must have all of them.
             ('d', op != Op::MemWrite || usize::from(scalars) == REGISTERS),
         ];
         if let Some((field, _)) = fields.iter().find(|(_, right)| !right) {

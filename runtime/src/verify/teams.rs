@@ -1,4 +1,4 @@
-//! Checks of teams: members, exits, shared memory and cells.
+//! Checks the teams' members and memory, and the cells of indexed memory.
 
 use super::error::VerifyError;
 use super::header::{MAX_WORDS, at_most, count, require};
@@ -7,7 +7,9 @@ use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::isa::{Destination, INDEXED_CELLS, Op};
 use crate::tables::{Instruction, ProgramId, Tables, Target, Team, TeamId, span};
 
-/// Checks team memory and cells, which lie behind the programs, and returns the state's length.
+/// Checks team memory and the cells of indexed memory, which follow the programs' registers in the state.
+///
+/// Returns the number of state words.
 pub(super) fn check_memory(
     header: &Header,
     tables: &Tables<'_>,
@@ -66,7 +68,10 @@ pub(super) fn check_memory(
     Ok(cells.1 as u32)
 }
 
-/// Checks what each team lists: programs exist, one leads out or to each output, slots that they read are kept.
+/// Checks the programs that each team lists.
+///
+/// The programs must exist. At least one must have an atomic action. If each output has its own programs, every output
+/// needs at least one. The team must keep every memory slot that its programs read.
 pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
     for number in 0..header.teams {
         let team = tables.team(TeamId(number)).unwrap_or_default();
@@ -74,7 +79,7 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
             return Err(VerifyError::EmptyTeam { team: number });
         }
         let mut exit = false;
-        // Widths end at 32, and with them the outputs that have programs of their own.
+        // One bit for each output is enough: a policy has at most as many outputs as its width, which is at most 32.
         let mut given = 0u32;
         for ProgramId(member) in tables.members(&team) {
             let Some(program) = tables.program(ProgramId(member)) else {
@@ -91,7 +96,8 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
                 let Some(instruction) = Instruction::from_bytes(bytes) else {
                     continue;
                 };
-                // What writes has no destination; a slot that is not kept swallows the write.
+                // Instructions that write to memory have no destination. They may name a slot that the team does not
+                // keep, because such a write has no effect.
                 let Some(section) = instruction.op.section() else {
                     continue;
                 };
