@@ -434,7 +434,9 @@ macro_rules! define {
             }
         }
 
-        /// Hash of the table: a blob made for another table is refused.
+        /// FNV-1a hash of every row's code, mnemonic, destination kind and operand kinds.
+        ///
+        /// A blob with another fingerprint is refused. Group, cost, notation and form do not enter the hash.
         pub const FINGERPRINT: u32 = fnv1a_32(concat!($(
             stringify!($code), $mnemonic, stringify!($dst), stringify!($a), stringify!($b), ";",
         )*).as_bytes());

@@ -9,7 +9,7 @@ use crate::isa::{INDEXED_ROWS, REGISTERS};
 use crate::rng::{Pcg32, mix64, mix64_next};
 use crate::tables::Section;
 
-/// The stream of indexed memory is told from the sections of team memory by this number.
+/// Section number of indexed memory in seeds. No section of team memory has it, so the streams differ.
 const INDEXED_SECTION: u64 = Section::ALL.len() as u64;
 
 /// The stream from which a section of a team's memory draws its slots.
@@ -19,7 +19,7 @@ pub fn slot_stream(agent_seed: u64, stream_key: u32, section: Section) -> Pcg32 
     Pcg32::new(mix64(&[agent_seed, key, section]), mix64(&[key, section]))
 }
 
-/// The slot that the stream's next draw selects: the number of thresholds at or below it.
+/// The slot that the stream's next draw selects, 0 to 7. It is the number of thresholds at or below the draw.
 #[inline]
 pub fn draw_slot(stream: &mut Pcg32, distribution: WriteDistribution) -> usize {
     let draw = stream.next_u32();
@@ -27,7 +27,7 @@ pub fn draw_slot(stream: &mut Pcg32, distribution: WriteDistribution) -> usize {
     thresholds.iter().filter(|t| **t <= draw).count()
 }
 
-/// A write reaches `cell` (row · 8 + column) where its 32-bit draw is below this number.
+/// The threshold of `cell` (row · 8 + column). A write reaches the cell if its 32-bit draw is below it.
 #[inline]
 #[must_use]
 pub fn write_threshold(cell: u16, distribution: WriteDistribution) -> u32 {
@@ -41,8 +41,9 @@ pub fn write_threshold(cell: u16, distribution: WriteDistribution) -> u32 {
     distribution.row_threshold(distance)
 }
 
-/// Which cells the writes of indexed memory reach: a hash of stream, write and cell, so that cells
-/// that nobody reads need no draw.
+/// Decides which cells the writes of indexed memory reach.
+///
+/// Each draw is a hash of stream, write and cell. So cells that nobody reads need no draw.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct IndexedStream {
     stream: u64,
@@ -70,7 +71,7 @@ impl IndexedStream {
     }
 }
 
-/// One write of indexed memory: the hash of stream and write, to which a cell is added.
+/// One write of indexed memory. It holds the hash of stream and write; each draw adds a cell to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IndexedWrite {
     hash: u64,
@@ -94,7 +95,7 @@ impl IndexedWrite {
         let (mut row, mut threshold) = (u16::MAX, 0);
         cells.iter().enumerate().filter_map(move |(k, bytes)| {
             let cell = u16::from_le_bytes(*bytes);
-            // Cells ascend: most share their row, and so their threshold, with the one before.
+            // Cells ascend, so most have the row of the cell before. The threshold depends on the row alone.
             if cell / REGISTERS as u16 != row {
                 row = cell / REGISTERS as u16;
                 threshold = write_threshold(cell, distribution);

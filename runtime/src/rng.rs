@@ -2,19 +2,19 @@
 
 pub use rand_pcg::Pcg32;
 
-/// The golden ratio's fraction in 64 bits, SplitMix64's increment.
+/// SplitMix64's increment: the fraction of the golden ratio in 64 bits.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// SplitMix64's finaliser: a bijection of 64-bit words that spreads every input bit.
+/// SplitMix64's finaliser. It is a bijection of 64-bit words and spreads every input bit.
 const fn finalise(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
 
-/// Hashes a list of words into a seed: SplitMix64's finaliser, chained over the arguments.
+/// Hashes a list of words into a seed. It chains SplitMix64's finaliser over the words.
 ///
-/// `h = 0`, then for each word `x` in order `h = finalise((h + golden) ^ x)` with wrapping addition.
+/// It starts with `h = 0`. Then for each word `x` in order `h = finalise((h + golden) ^ x)` with wrapping addition.
 ///
 /// # Examples
 /// ```
@@ -32,7 +32,7 @@ pub const fn mix64(words: &[u64]) -> u64 {
     h
 }
 
-/// The hash of a list with one more word, from the hash of the list.
+/// Adds the word `x` to the hash `h` of a list. Returns the hash of the longer list.
 pub(crate) const fn mix64_next(h: u64, x: u64) -> u64 {
     finalise(h.wrapping_add(GOLDEN) ^ x)
 }

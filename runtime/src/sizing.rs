@@ -18,7 +18,7 @@ use crate::blob::{Header, HeaderFault, OLDEST_VERSION, VERSION};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Capacities {
-    /// Vector width; must be equal, not just large enough.
+    /// Vector width. It must be equal; a larger one does not do.
     pub width: usize,
     /// State words.
     pub words: usize,
@@ -33,8 +33,8 @@ pub struct Capacities {
 impl Capacities {
     /// What the policy in these bytes needs, as its header says.
     ///
-    /// For constant expressions; what a header cannot show, such as damage, [`Policy::load`](crate::Policy::load)
-    /// reports when the program runs.
+    /// Use it in constant expressions. It reads only the header. [`Policy::load`](crate::Policy::load) reports other
+    /// faults, such as damage, when the program runs.
     ///
     /// # Panics
     /// If the header is refused or announces another length than that of `bytes`; in a constant expression this ends
@@ -153,7 +153,7 @@ impl Capacities {
     }
 }
 
-/// A policy that does not fit the agent it was to be loaded into.
+/// The policy does not fit the agent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CapacityError {
     /// What there is too little of: `words`, `programs`, `teams`, `streams`, or the `width` that differs.

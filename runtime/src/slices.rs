@@ -23,7 +23,7 @@ pub struct Slices<'s> {
     pub streams: &'s mut [Pcg32],
 }
 
-/// An [`Agent`](crate::Agent) whose state lies in borrowed memory; it decides alike.
+/// An [`Agent`](crate::Agent) whose state lies in borrowed memory. Its decisions are the same.
 ///
 /// # Examples
 /// ```
@@ -50,7 +50,7 @@ pub struct SliceAgent<'s, 'p, W: Width> {
 }
 
 impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
-    /// Makes an agent for a policy, reset with seed 0; uses as much of each slice as the policy needs.
+    /// Makes an agent for a policy, reset with seed 0. It uses only as much of each slice as the policy needs.
     ///
     /// # Errors
     /// [`CapacityError`] if a slice is too short, or the policy has another width than `W`.

@@ -287,7 +287,7 @@ impl Program {
         s + v * width + m * width * width
     }
 
-    /// Whether no kind of register is kept more often than a program has it.
+    /// Whether the program keeps at most [`REGISTERS`] registers of each kind.
     #[must_use]
     pub fn registers_in_range(&self) -> bool {
         self.registers.iter().all(|n| usize::from(*n) <= REGISTERS)

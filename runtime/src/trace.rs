@@ -1,4 +1,4 @@
-//! What an observer of a decision is told. Observers see, never steer: results are the same with and without.
+//! What an observer of a decision is told. An observer cannot change the decision.
 
 use crate::tables::{ProgramId, Section, Target, TeamId};
 
@@ -22,7 +22,7 @@ pub trait Observer {
         let _ = team_id;
     }
 
-    /// A program takes no part: it leads to a visited team.
+    /// A program is skipped because it leads to a visited team.
     fn skip(&mut self, program_id: ProgramId) {
         let _ = program_id;
     }
@@ -37,7 +37,7 @@ pub trait Observer {
         let _ = address;
     }
 
-    /// The running program writes a place of shared memory; writes to places that nobody reads are not made.
+    /// The running program writes a place of shared memory. Writes to places that nobody reads are not made.
     fn write(&mut self, address: MemoryAddress) {
         let _ = address;
     }
@@ -58,7 +58,7 @@ pub trait Observer {
     }
 }
 
-/// Sees nothing and costs nothing.
+/// An observer that ignores every event, at no cost.
 impl Observer for () {}
 
 #[cfg(feature = "trace")]

@@ -1,9 +1,10 @@
 //! What a host and a board say to each other over a serial line; feature `wire`.
 //!
 //! A frame is a zero byte, then the COBS form of a postcard message and its CRC-32 (as in the file format, little-endian),
-//! then a zero byte. What does not decode, or has another checksum, is dropped and counted, never acted on. Each request
-//! has a number, which its answer repeats; so a host that waits in vain sends the request again, and the board, which
-//! keeps its last answer, does not decide twice. Floats travel as the bytes of their bits, little-endian.
+//! then a zero byte. A frame that does not decode or has a wrong checksum is dropped and counted.
+//!
+//! Each request has a number, and its answer repeats it. A host that gets no answer sends the request again. The board
+//! keeps its last answer, so it does not decide twice. Floats travel as the bytes of their bits, little-endian.
 
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize};
@@ -15,13 +16,13 @@ use crate::verify::Policy;
 /// Version of the conversation.
 pub const PROTOCOL: u16 = 1;
 
-/// Bytes that a frame takes in addition to what it carries of values or of a policy, at most, up to 8 KiB of them.
+/// Most bytes that a frame adds to the values or the policy part it carries, for up to 8 KiB of payload.
 pub const OVERHEAD: usize = 128;
 
 /// A numbered message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Frame<M> {
-    /// Number of the request; an answer's is that of its request.
+    /// Number of the request. An answer repeats the number of its request.
     pub seq: u32,
     /// The message.
     pub message: M,
@@ -113,7 +114,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// The reason in words, of which the detail is the last.
+    /// The reason in words. The caller appends the detail.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -256,10 +257,10 @@ impl<const N: usize> Receiver<N> {
         self.damaged
     }
 
-    /// Takes the next byte of the stream; the frame that it completes, if that is undamaged.
+    /// Takes the next byte of the stream. Returns a frame if the byte completes an undamaged one.
     pub fn push<'b, M: Deserialize<'b>>(&'b mut self, byte: u8) -> Option<Frame<M>> {
         if byte != 0 {
-            // Of a frame that is too long only the length is kept, so that it is known for damaged.
+            // Bytes past the buffer are dropped but still counted. The length then shows that the frame is damaged.
             if let Some(place) = self.buffer.get_mut(self.len) {
                 *place = byte;
             }

@@ -116,7 +116,7 @@ const NORMAL_ROWS: RowThresholds = [
     2_154_861,
 ];
 
-/// The mean of [`CAUCHY_ROWS`], for every row.
+/// The mean of [`CAUCHY_ROWS`]. Every row has this threshold.
 const UNIFORM_ROW: u32 = 73_895_819;
 
 impl WriteDistribution {
