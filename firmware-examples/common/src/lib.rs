@@ -1,17 +1,17 @@
-//! What the firmware examples share, for hosts and boards alike: no `std`, no heap.
+//! Code that the firmware examples share. It runs on boards and on hosts. It needs no heap, and only `sim` needs `std`.
 //!
-//! - [`trial`]: the body of the bit-exactness test, the same code on every machine.
-//! - [`pack`]: several policies in one piece of memory, for the test that runs them all.
-//! - [`selftest`]: one policy against the run that the host wrote down.
-//! - [`serial`]: a board's side of the serial line of `tpg hil --controller` and `tpg update`.
-//! - [`slots`]: two places for policies, one of which works wherever the power is cut.
-//! - `measure`: what decisions take on this machine, for `tpg footprint`.
-//! - [`ram`]: memory that stands in for flash on emulated boards.
-//! - `sim`: the same for tests on a host, with power cuts.
-//! - `mps2`, `virt`: the few registers of QEMU's boards that the examples touch, each behind a feature of its name.
-//! - `panic`: the panic handler, where there is no operating system.
+//! - [`trial`]: the body of the bit-exactness test. Every machine runs the same code.
+//! - [`pack`]: several policies in one block of memory, for the test that runs them all.
+//! - [`selftest`]: compares one policy with a run recorded on the host.
+//! - [`serial`]: the board's side of the serial line of `tpg hil --controller` and `tpg update`.
+//! - [`slots`]: two slots for policies. One of them always works, even after a power cut.
+//! - `measure`: measures decisions on this machine, for `tpg footprint`. Only on targets without an operating system.
+//! - [`ram`]: RAM used in place of flash on emulated boards.
+//! - `sim`: simulated flash with power cuts, for tests on a host.
+//! - `mps2`, `virt`: the registers of QEMU's boards that the examples use. Each needs the feature of the same name.
+//! - `panic`: the panic handler for targets without an operating system.
 //!
-//! `measure`, `mps2`, `virt` and [`ram`] hold `unsafe` code: they read and write memory at fixed addresses.
+//! `measure`, `mps2`, `virt` and [`ram`] contain `unsafe` code, because they access memory by address.
 #![no_std]
 
 #[cfg(target_os = "none")]
@@ -33,7 +33,7 @@ pub mod virt;
 
 use tpg_runtime::Header;
 
-/// Length of a policy's observation, for constant expressions; 0 if the bytes are no policy.
+/// The number of values in a policy's observation, usable in constant expressions. It is 0 if the bytes are no policy.
 #[must_use]
 pub const fn inputs(policy: &[u8]) -> usize {
     match Header::peek(policy) {

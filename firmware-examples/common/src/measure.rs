@@ -1,30 +1,30 @@
-//! What decisions take on this machine: stack, and executed instructions as a counter tells them.
+//! Measures the stack and the executed instructions of decisions on this machine.
 
 use tpg_runtime::{Agent, Reset, Width};
 
 use crate::pack::SEED;
 use crate::trial::{EPISODE, Generator, MAX_OBSERVATION};
 
-/// Decisions that are measured.
+/// The number of decisions measured.
 pub const DECISIONS: u32 = 1000;
-/// Bytes below the stack pointer that are painted; far more than a decision takes.
+/// How many bytes below the stack pointer are filled with `PAINT`. A decision needs far less.
 const PAINTED: usize = 32 * 1024;
 const PAINT: u8 = 0xa5;
 
-/// What was seen.
+/// The measured values.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Seen {
-    /// Most bytes of stack that a decision took, without its caller's.
+    /// The most stack that a decision used, in bytes. The caller's stack is not included.
     pub stack_bytes: usize,
-    /// Instructions of the policy, in all decisions together.
+    /// Policy instructions, summed over all decisions.
     pub instructions_sum: u64,
-    /// Instructions of the processor, in all decisions together.
+    /// Processor instructions, summed over all decisions.
     pub machine_sum: u64,
-    /// Instructions of the processor, in the longest decision.
+    /// Processor instructions of the longest decision.
     pub machine_worst: u32,
 }
 
-/// Lets an agent decide and measures; `now` counts executed instructions, modulo 2^32.
+/// Runs [`DECISIONS`] decisions and measures them. `now` returns the number of executed instructions, modulo 2^32.
 #[inline(never)]
 pub fn run<
     W: Width,
@@ -45,7 +45,7 @@ pub fn run<
     let here = paint();
     for number in 1..=DECISIONS {
         generator.observe(observation);
-        // What reading the counter takes itself, and the call, cancel out.
+        // Two reads in a row measure the cost of reading the counter. It is subtracted below.
         let idle = now();
         let begin = now();
         seen.instructions_sum += u64::from(decide(agent, observation));
@@ -63,7 +63,8 @@ pub fn run<
     seen
 }
 
-/// Instructions of a decision; a function of its own, so that all its stack lies below its caller's.
+/// Decides once and returns the policy instructions, 0 if the decision fails. It is a separate function so that all
+/// its stack lies below the caller's.
 #[inline(never)]
 fn decide<
     W: Width,
@@ -80,31 +81,31 @@ fn decide<
         .map_or(0, |decision| decision.instructions)
 }
 
-/// An address in the caller's frame, or just below it.
+/// An address in the caller's stack frame or just below it.
 #[inline(always)]
 fn stack_pointer() -> usize {
     let marker = 0u8;
     core::ptr::from_ref(core::hint::black_box(&marker)).addr()
 }
 
-/// Paints the memory below the stack pointer and returns the address below which it is painted.
+/// Fills the memory below the stack pointer with `PAINT`. Returns the end address of the filled range.
 #[inline(never)]
 fn paint() -> usize {
-    // A margin for this function's own frame.
+    // The margin protects this function's own frame.
     let top = stack_pointer() - 64;
     for address in top - PAINTED..top {
-        // SAFETY: free stack, since the boards have far more than is painted and this function calls nobody meanwhile.
+        // SAFETY: This stack is free. The boards have far more than `PAINTED` bytes, and this loop calls no function.
         unsafe { (address as *mut u8).write_volatile(PAINT) }
     }
     top
 }
 
-/// Bytes of stack that were used below `top` since it was painted, and the margin above.
+/// The bytes of stack used below `top` since `paint`, plus the margin of 64 bytes above `top`.
 #[inline(never)]
 fn high_water(top: usize) -> usize {
     let untouched = (top - PAINTED..top)
         .take_while(|address| {
-            // SAFETY: as in `paint`; only read.
+            // SAFETY: This is the range that `paint` filled. It is only read.
             unsafe { (*address as *const u8).read_volatile() == PAINT }
         })
         .count();

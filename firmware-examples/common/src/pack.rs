@@ -1,4 +1,4 @@
-//! Several policies in one piece of memory, and the trial of each of them.
+//! Reads several policies from one block of memory and runs the trial of each.
 //!
 //! ```text
 //! "TPGP" | decisions u32 | count u32 | count times: length u32, bytes, padding to a multiple of 4
@@ -10,25 +10,25 @@ use tpg_runtime::{Agent, CapacityError, Fixed, Policy, VerifyError};
 
 use crate::trial::{self, Hash, Outcome};
 
-/// First bytes of a pack.
+/// The first four bytes of a pack.
 pub const MAGIC: [u8; 4] = *b"TPGP";
 
-/// Seed of the trials.
+/// The seed of every trial.
 pub const SEED: u64 = 2025;
 
-/// Agent of one width with room for every policy of the tests.
+/// An agent of one width that is large enough for every test policy.
 type Roomy<'p, const W: usize> = Agent<'p, Fixed<W>, 16384, 256, 64, 192>;
 
-/// Why a policy of a pack could not be tried.
+/// Why a policy in a pack could not be run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PackError {
-    /// The memory holds no pack, or one that ends early.
+    /// The memory holds no pack, or the pack is truncated.
     NoPack,
-    /// A policy is none.
+    /// A policy file is invalid.
     Policy(VerifyError),
-    /// A policy does not fit.
+    /// A policy does not fit the agent.
     Capacity(CapacityError),
-    /// A policy has a width for which the trial is not compiled.
+    /// The trial is not compiled for the policy's width, which is given.
     Width(u16),
 }
 
@@ -45,12 +45,13 @@ impl fmt::Display for PackError {
 
 impl core::error::Error for PackError {}
 
-/// Tries every policy of a pack; reports after every [`trial::REPORT_EVERY`] decisions and at the end of each.
+/// Runs every policy of a pack. Calls `report` after every [`trial::REPORT_EVERY`] decisions and at the end of each
+/// policy.
 ///
-/// `report` is told the policy's number, the number of decisions so far (`None` at the end) and the hash.
+/// `report` receives the policy's number (from 0), the number of decisions so far (`None` at the end) and the hash.
 ///
 /// # Errors
-/// [`PackError`] of the first policy that cannot be tried.
+/// [`PackError`] of the first policy that cannot be run.
 pub fn try_all(
     memory: &[u8],
     mut report: impl FnMut(u32, Option<u32>, Hash),
@@ -63,10 +64,10 @@ pub fn try_all(
     Ok(())
 }
 
-/// The policies of a pack, each with the number of decisions that it is to take; an error for a damaged one.
+/// The policies of a pack, each with the number of decisions to run. A damaged policy gives an error.
 ///
 /// # Errors
-/// [`PackError::NoPack`], here and from the iterator, or [`PackError::Policy`].
+/// The function returns [`PackError::NoPack`]. The iterator gives [`PackError::NoPack`] or [`PackError::Policy`].
 pub fn policies(
     memory: &[u8],
 ) -> Result<impl Iterator<Item = Result<(u32, Policy<'_>), PackError>>, PackError> {
@@ -86,10 +87,10 @@ pub fn policies(
     Ok((0..count).map(move |_| next()))
 }
 
-/// Tries one policy on an agent of just its width, as firmware has it.
+/// Runs one policy on an agent of exactly the policy's width, as firmware does.
 ///
 /// # Errors
-/// [`PackError::Width`] and [`PackError::Capacity`].
+/// [`PackError::Width`] or [`PackError::Capacity`].
 pub fn try_one(
     policy: Policy<'_>,
     decisions: u32,

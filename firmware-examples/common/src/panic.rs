@@ -1,4 +1,4 @@
-//! The panic handler of the examples stops the program. No decision calls it: `scripts/check-bare-metal` checks that.
+//! The examples' panic handler. It stops the program. `scripts/check-bare-metal` checks that no decision calls it.
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {

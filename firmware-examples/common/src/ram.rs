@@ -1,4 +1,5 @@
-//! Memory that stands in for flash on emulated boards: it outlives a reset, and is erased and written as flash is.
+//! RAM used in place of flash on emulated boards. It keeps its contents over a reset. Erasing and writing work as in
+//! flash.
 
 use core::ops::Range;
 
@@ -14,10 +15,10 @@ pub struct RamFlash {
 }
 
 impl RamFlash {
-    /// Uses memory as flash.
+    /// Uses `bytes` bytes of memory from `start` as flash.
     ///
     /// # Safety
-    /// The memory belongs to nothing else, for as long as the program runs.
+    /// The memory must be valid for reads and writes and nothing else may use it, for as long as the program runs.
     #[must_use]
     pub const unsafe fn new(start: *mut u8, bytes: usize) -> Self {
         RamFlash { start, bytes }
@@ -33,10 +34,10 @@ impl RamFlash {
         Ok(())
     }
 
-    /// Changes the bytes from `from` on.
+    /// Replaces `len` bytes from offset `from`. `new` gives a byte from its index and its old value.
     fn change(&mut self, from: u32, len: usize, new: impl Fn(usize, u8) -> u8) {
         for k in 0..len {
-            // SAFETY: callers have checked the range, which is memory of this value alone.
+            // SAFETY: Callers have checked the range, and only this value uses that memory.
             unsafe {
                 let place = self.start.add(from as usize + k);
                 place.write_volatile(new(k, place.read_volatile()));
@@ -76,7 +77,7 @@ impl NorFlash for RamFlash {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         self.check(offset, offset as usize + bytes.len(), Self::WRITE_SIZE)?;
-        // Writing only clears bits, as in flash.
+        // A write can only clear bits, as in flash.
         self.change(offset, bytes.len(), |k, old| {
             old & bytes.get(k).copied().unwrap_or(0xff)
         });
@@ -89,8 +90,8 @@ impl Flash for RamFlash {
         if part.start > part.end || part.end as usize > self.bytes {
             return &[];
         }
-        // SAFETY: the part lies within the memory of this value, which is there for ever. The slots change only parts
-        // of which nobody reads any more.
+        // SAFETY: The range lies within this value's memory, which exists as long as the program runs. The slots change
+        // only ranges that nothing reads any more.
         unsafe { core::slice::from_raw_parts(self.start.add(part.start as usize), part.len()) }
     }
 }

@@ -1,4 +1,4 @@
-//! Replays a policy's golden run, which the host wrote.
+//! Replays a policy's golden run, which the host recorded.
 
 use core::fmt;
 
@@ -10,15 +10,16 @@ use crate::trial::{self, Hash};
 /// Why a self-test failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SelftestError {
-    /// The golden run has no line of this number, counted from 1, or one that cannot be read.
+    /// This line of the golden run is missing or unreadable. Lines count from 1.
     Golden(usize),
-    /// This machine computed something else.
+    /// This machine's result differs from the host's.
     Differs {
-        /// Decisions after which it was seen; the first different one is among the last hundred.
+        /// The number of decisions at the comparison that failed. The last comparison also covers the final state. If
+        /// decisions differ, the first different one is among the last hundred.
         decisions: u32,
-        /// What the host computed.
+        /// The host's hash.
         expected: Hash,
-        /// What this machine computed.
+        /// This machine's hash.
         got: Hash,
     },
 }
@@ -45,8 +46,10 @@ impl fmt::Display for SelftestError {
 
 impl core::error::Error for SelftestError {}
 
-/// Replays a golden run: lines of a number of decisions and a hash, the last one with the state's. Returns how many
-/// decisions agreed.
+/// Replays a golden run and returns the number of decisions, all of which agreed.
+///
+/// Each line of `golden` holds a number of decisions, a space and a hash in hexadecimal. The last line's hash also
+/// covers the final state.
 ///
 /// # Errors
 /// [`SelftestError`] of the first line that does not agree.

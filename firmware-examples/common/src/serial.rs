@@ -1,4 +1,4 @@
-//! A board's side of a serial line: requests come in byte by byte, answers go out frame by frame.
+//! The board's side of a serial line. Requests arrive one byte at a time. Answers leave as whole frames.
 
 use tpg_runtime::wire::{self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request};
 use tpg_runtime::{Action, Agent, Capacities, CapacityError, Policy, Reset, Width};
@@ -6,16 +6,16 @@ use tpg_runtime::{Action, Agent, Capacities, CapacityError, Policy, Reset, Width
 use crate::slots::{Flash, Refused, Slots};
 use crate::trial::MAX_OBSERVATION;
 
-/// Most outputs of a continuous action.
+/// Maximum number of outputs of a continuous action.
 const MAX_ACTION: usize = 32;
-/// Bytes of the longest frame: an observation, or a part of a policy.
+/// Size of the longest frame, in bytes. It carries an observation or a part of a policy file.
 const FRAME: usize = 512 + OVERHEAD;
 
-/// The conversation with a host, and the policy that it is about.
+/// The state of a connection to a host, and the policies that the board stores.
 #[derive(Debug)]
 pub struct Session<F> {
     receiver: Receiver<FRAME>,
-    /// The last answer, kept because a host that did not get it asks again.
+    /// The last answer. It is kept because a host that did not receive it repeats its request.
     answer: [u8; FRAME],
     answer_len: usize,
     last: Option<u32>,
@@ -24,11 +24,13 @@ pub struct Session<F> {
 }
 
 impl<F: Flash> Session<F> {
-    /// Begins with the newest policy in `flash`, if there is a flash with one, else with the one built in, and loads it
-    /// into the agent.
+    /// Starts a session and loads a policy into the agent.
+    ///
+    /// The policy is the newest confirmed one in `flash`. If there is none, the agent keeps the policy it already has.
+    /// `built_in` is the file of that policy.
     ///
     /// # Errors
-    /// [`CapacityError`] if the policy built in does not fit the agent.
+    /// [`CapacityError`] if the policy does not fit the agent.
     pub fn start<
         W: Width,
         const WORDS: usize,
@@ -56,7 +58,7 @@ impl<F: Flash> Session<F> {
         })
     }
 
-    /// Takes the next byte from the line; what to send, mostly nothing.
+    /// Takes the next byte from the line and returns the bytes to send. They are empty unless a request is complete.
     pub fn take<
         W: Width,
         const WORDS: usize,
@@ -76,7 +78,8 @@ impl<F: Flash> Session<F> {
             (Request::Hello, _) | (_, None) => true,
             (_, Some(last)) => seq > last,
         };
-        // The answer to the last request was lost: it is sent again. One to an older request came twice.
+        // The host repeats its last request if the answer was lost, so send that answer again. An older request is a
+        // duplicate and gets no answer.
         if !due {
             let again = self.last == Some(seq);
             return self
@@ -116,7 +119,7 @@ impl<F: Flash> Session<F> {
                 slots.commit(|policy| {
                     excess(agent, policy).map_or(Ok(()), |needed| Err((Refusal::Capacity, needed)))
                 })?;
-                // Checked a moment ago, so neither of these fails.
+                // The commit has just checked the policy, so neither step fails.
                 let policy = slots.active().and_then(|file| Policy::load(file).ok());
                 policy
                     .map_or(Ok(()), |policy| agent.load(policy))
@@ -129,7 +132,7 @@ impl<F: Flash> Session<F> {
     }
 }
 
-/// What a policy needs of the first thing that the agent has too little of.
+/// How much the policy needs of the first resource that the agent has too little of. `None` if the policy fits.
 fn excess<
     W: Width,
     const WORDS: usize,

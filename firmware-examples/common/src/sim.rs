@@ -1,4 +1,4 @@
-//! Simulated flash for tests on a host: erased and written as flash is, and cut off wherever a test says.
+//! Simulated flash for tests on a host. It erases and writes as flash does. A test can cut its power after any byte.
 
 extern crate std;
 
@@ -10,7 +10,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 
 use crate::slots::Flash;
 
-/// Flash whose contents outlive it: clones share them, as one start of a board after another does.
+/// Simulated flash. Clones share their contents, as successive starts of a board do.
 #[derive(Debug, Clone)]
 pub struct SimFlash {
     state: Arc<Mutex<State>>,
@@ -19,16 +19,16 @@ pub struct SimFlash {
 #[derive(Debug)]
 struct State {
     bytes: Vec<u8>,
-    /// Bytes that can still be erased or written before the power is cut.
+    /// How many more bytes can be erased or written before the power is cut.
     power: u64,
-    /// Bytes that were erased or written so far.
+    /// How many bytes were erased or written so far.
     used: u64,
-    /// What a byte reads as whose change the power did not outlast; as before if none.
+    /// The value of the byte that was being changed when the power was cut. `None` leaves the byte as it was.
     torn: Option<u8>,
 }
 
 impl SimFlash {
-    /// New memory, full of whatever was in it.
+    /// New memory of `bytes` bytes. It is not erased: every byte is 0x3c.
     #[must_use]
     pub fn new(bytes: usize) -> Self {
         let state = State {
@@ -42,17 +42,18 @@ impl SimFlash {
         }
     }
 
-    /// Cuts the power after so many more bytes are erased or written; what comes then fails and changes nothing.
+    /// Cuts the power after `bytes` more bytes are erased or written. Later changes fail and have no effect, except on
+    /// the one byte set by [`tear`](Self::tear).
     pub fn cut_after(&self, bytes: u64) {
         self.with(|state| state.power = bytes);
     }
 
-    /// Makes the byte that is being changed when the power is cut read as this from then on.
+    /// Sets the value that the byte being changed has after the power cut.
     pub fn tear(&self, value: u8) {
         self.with(|state| state.torn = Some(value));
     }
 
-    /// Bytes that were erased or written so far.
+    /// How many bytes were erased or written so far.
     #[must_use]
     pub fn used(&self) -> u64 {
         self.with(|state| state.used)
@@ -77,7 +78,7 @@ impl SimFlash {
             }
             for (k, byte) in state.bytes[part].iter_mut().enumerate() {
                 if state.power == 0 {
-                    // Only the first byte after the cut is half changed.
+                    // Only the first byte after the cut gets the torn value.
                     *byte = state.torn.take().unwrap_or(*byte);
                     return Err(NorFlashErrorKind::Other);
                 }
@@ -120,7 +121,7 @@ impl NorFlash for SimFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let start = offset as usize;
         let part = start..start + bytes.len();
-        // Written twice without an erasure in between: some memories refuse that, so this one does.
+        // Some flash memories refuse a second write without an erase, so this one does too.
         self.change(part, Self::WRITE_SIZE, |k, old| {
             (old == 0xff).then(|| bytes[k])
         })
@@ -128,7 +129,7 @@ impl NorFlash for SimFlash {
 }
 
 impl Flash for SimFlash {
-    /// A copy that is never freed: tests are short.
+    /// Returns a copy that is never freed. Tests are short, so the leak does not matter.
     fn mapped(&self, part: Range<u32>) -> &'static [u8] {
         self.with(|state| {
             let part = part.start as usize..part.end as usize;

@@ -1,15 +1,16 @@
-//! Two places for policies in flash memory: a new one is stored and checked beside the old one, which stays until the new
-//! one has decided. Wherever the power is cut, the next start finds a working policy.
+//! Two slots for policies in flash memory. A new policy is stored and checked in one slot while the old one stays in
+//! the other. The old one stays until the new one has made a decision. The power can fail at any point, and the next
+//! start still finds a working policy.
 //!
-//! A slot begins with two marks of 16 bytes, each written once after an erasure, then comes the policy's file:
+//! A slot starts with two marks of 16 bytes. Each mark is written once after an erase. The policy's file follows:
 //!
 //! | at | mark | written |
 //! |---|---|---|
 //! | 0 | record: `TPGS`, sequence number, bytes of the policy, CRC-32 of these | when the policy has been checked |
-//! | 16 | confirmed | when it has decided |
+//! | 16 | confirmed | when the policy has made a decision |
 //! | 32 | the policy's file | first |
 //!
-//! A start uses the newest confirmed policy; where there is none, the one that the firmware was built with.
+//! At start the board uses the newest confirmed policy. If there is none, it uses the policy built into the firmware.
 
 use core::ops::Range;
 
@@ -17,11 +18,11 @@ pub use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use tpg_runtime::Policy;
 use tpg_runtime::wire::{Refusal, checksum};
 
-/// Flash memory that holds the two slots, each one half of it, and that programs can read in place.
+/// Flash memory that holds the two slots. Each slot takes one half. A program can read the memory in place.
 pub trait Flash: NorFlash {
-    /// The bytes of a part of it.
+    /// The bytes in a range of addresses, counted from the start of the flash.
     ///
-    /// They may change only when that part is erased or written.
+    /// They may change only when that range is erased or written.
     fn mapped(&self, part: Range<u32>) -> &'static [u8];
 }
 
@@ -39,7 +40,7 @@ struct Found {
     bytes: u32,
 }
 
-/// A policy on its way into a slot.
+/// A policy that is being written into a slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Incoming {
     slot: u32,
@@ -56,11 +57,11 @@ pub struct Slots<F> {
     incoming: Option<Incoming>,
 }
 
-/// Why a step of an update was refused, with the number that the reason is about.
+/// Why a step of an update was refused, and the number that explains it, such as the room in bytes.
 pub type Refused = (Refusal, u32);
 
 impl<F: Flash> Slots<F> {
-    /// Chooses the policy to use; `fits` says whether the firmware's agent can hold a policy.
+    /// Opens the slots and chooses the policy to use. `fits` tells whether the firmware's agent can hold a policy.
     pub fn open(flash: F, fits: impl Fn(&Policy<'static>) -> bool) -> Self {
         const { assert!(MARK.is_multiple_of(F::WRITE_SIZE), "marks are 16 bytes") };
         let mut slots = Slots {
@@ -74,32 +75,34 @@ impl<F: Flash> Slots<F> {
         slots
     }
 
-    /// The file of the policy in use; none if that is the one that the firmware was built with.
+    /// The file of the policy in use. `None` if the policy is the one built into the firmware.
     #[must_use]
     pub fn active(&self) -> Option<&'static [u8]> {
         let found = self.active?;
         Some(self.file(found.slot, found.bytes))
     }
 
-    /// Number of the slot in use, 1 or 2; 0 if the policy is the one that the firmware was built with.
+    /// The number of the slot in use: 1 or 2. It is 0 if the policy is the one built into the firmware.
     #[must_use]
     pub fn number(&self) -> u8 {
         self.active.map_or(0, |found| found.slot as u8 + 1)
     }
 
-    /// To be called after a decision of the policy in use: confirms a new one.
+    /// Confirms a new policy. Call this after the policy in use has made a decision.
     pub fn decided(&mut self) {
         if let (false, Some(found)) = (self.confirmed, self.active) {
-            // A mark that cannot be written is tried again after the next decision.
+            // If the write fails, the next decision tries again.
             let mark = self.start(found.slot) + CONFIRMED;
             self.confirmed = self.flash.write(mark, &SET).is_ok();
         }
     }
 
-    /// Makes room for a new policy: erases the slot that is not in use.
+    /// Erases the slot that is not in use, to make room for a new policy of `bytes` bytes.
     ///
     /// # Errors
-    /// [`Refusal::Untried`], [`Refusal::Room`] or [`Refusal::Memory`].
+    /// - [`Refusal::Untried`] if the policy in use is not confirmed yet.
+    /// - [`Refusal::Room`] with the room in bytes if the policy is too large.
+    /// - [`Refusal::Memory`] with the slot's offset if the erase fails.
     pub fn begin(&mut self, bytes: u32) -> Result<(), Refused> {
         if !self.confirmed {
             return Err((Refusal::Untried, 0));
@@ -124,10 +127,14 @@ impl<F: Flash> Slots<F> {
         Ok(())
     }
 
-    /// Stores the next part of the new policy; all but the last have a multiple of the memory's write size.
+    /// Stores the next part of the new policy at offset `at` of its file. The length of every part except the last
+    /// must be a multiple of the memory's write size.
     ///
     /// # Errors
-    /// [`Refusal::Order`], [`Refusal::Room`] or [`Refusal::Memory`].
+    /// - [`Refusal::Order`] with the bytes stored so far if the part is not the next one or has a bad length. The
+    ///   number is 0 if no update has begun.
+    /// - [`Refusal::Room`] with the bytes still expected if the part is too long.
+    /// - [`Refusal::Memory`] with the offset if the write fails.
     pub fn store(&mut self, at: u32, bytes: &[u8]) -> Result<(), Refused> {
         let mut incoming = self.incoming.ok_or((Refusal::Order, 0))?;
         let len = bytes.len() as u32;
@@ -150,7 +157,7 @@ impl<F: Flash> Slots<F> {
         if written.is_ok() && !tail.is_empty() {
             written = self.flash.write(place + head.len() as u32, padding);
         }
-        // What could not be written is not known: only a new begin helps.
+        // A failed write may have stored some bytes, so the host has to begin again.
         if written.is_err() {
             self.incoming = None;
             return Err((Refusal::Memory, place));
@@ -160,10 +167,14 @@ impl<F: Flash> Slots<F> {
         Ok(())
     }
 
-    /// Checks the new policy and makes it the one in use; the old one stays until this one has [decided](Self::decided).
+    /// Checks the new policy and puts it into use. The old policy stays in its slot until the new one has
+    /// [made a decision](Self::decided).
     ///
     /// # Errors
-    /// [`Refusal::Order`], [`Refusal::Policy`], [`Refusal::Memory`] or what `fits` says.
+    /// - [`Refusal::Order`] with the bytes stored so far if parts are missing, or 0 if no update has begun.
+    /// - [`Refusal::Policy`] with the file's length if the file is invalid.
+    /// - The error of `fits`.
+    /// - [`Refusal::Memory`] with the slot's offset if the record cannot be written.
     pub fn commit(
         &mut self,
         fits: impl Fn(&Policy<'static>) -> Result<(), Refused>,
@@ -190,7 +201,7 @@ impl<F: Flash> Slots<F> {
         Ok(())
     }
 
-    /// Bytes of a slot, a multiple of the erase size.
+    /// The size of a slot in bytes. It is a multiple of the erase size.
     fn size(&self) -> u32 {
         let half = self.flash.capacity() as u32 / 2;
         half - half % F::ERASE_SIZE as u32
@@ -210,7 +221,7 @@ impl<F: Flash> Slots<F> {
         self.flash.mapped(from..from + MARK as u32)
     }
 
-    /// The record of a slot, if it was written to its end.
+    /// The record of a slot. `None` if the record is missing or incomplete.
     fn record(&self, slot: u32) -> Option<Found> {
         let (fields, _) = self.mark(slot, 0).as_chunks::<4>();
         let [magic, sequence, bytes, _] = fields else {
@@ -225,7 +236,7 @@ impl<F: Flash> Slots<F> {
         (whole && found.bytes <= self.size() - POLICY).then_some(found)
     }
 
-    /// The policy of a slot, if it has decided, is valid and fits.
+    /// The policy of a slot. `None` if it is not confirmed, is invalid or does not fit.
     fn found(&self, slot: u32, fits: impl Fn(&Policy<'static>) -> bool) -> Option<Found> {
         let found = self.record(slot)?;
         if self.mark(slot, CONFIRMED) != SET {

@@ -1,30 +1,30 @@
-//! A run of decisions and a hash of all that they did, for comparing machines bit by bit.
+//! Runs decisions and hashes their results, to compare machines bit by bit.
 //!
-//! Nothing here computes with floats: the numbers that a policy sees are put together from integers, so that no
-//! compiler and no floating-point unit has a say in them.
+//! This code does no floating-point arithmetic. It builds the observations from integers, so they do not depend on the
+//! compiler or the floating-point unit.
 
 use tpg_runtime::hash::{START_64, fnv1a_64};
 use tpg_runtime::{Action, Agent, Decision, Reset, Width};
 
-/// Decisions between two reports.
+/// The number of decisions between two reports.
 pub const REPORT_EVERY: u32 = 100;
-/// Decisions in an episode; the agent is reset between two of them.
+/// The number of decisions in an episode. The agent is reset after each episode.
 pub const EPISODE: u32 = 500;
-/// Longest observation that a trial makes.
+/// The longest observation that a trial makes, in values.
 pub const MAX_OBSERVATION: usize = 64;
 
-/// SplitMix64: integers only, the same on every machine.
+/// The random generator SplitMix64. It uses only integers, so it gives the same numbers on every machine.
 #[derive(Debug, Clone)]
 pub struct Generator(u64);
 
 impl Generator {
-    /// A generator; equal seeds give equal numbers.
+    /// Creates a generator. Equal seeds give equal numbers.
     #[must_use]
     pub const fn new(seed: u64) -> Self {
         Generator(seed)
     }
 
-    /// The next 64 bits.
+    /// The next 64 random bits.
     pub const fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -32,18 +32,18 @@ impl Generator {
         z ^ (z >> 31)
     }
 
-    /// A float with this exponent field, any sign and any mantissa.
+    /// A float with this exponent field and with a random sign and mantissa.
     const fn float(&mut self, exponent: u32) -> f32 {
         f32::from_bits((self.bits() as u32 & 0x807f_ffff) | exponent << 23)
     }
 
-    /// A value as sensors give it: magnitude from 2^-7 to 8.
+    /// A value such as a sensor gives. Its magnitude is at least 2^-7 and below 8.
     const fn ordinary(&mut self) -> f32 {
         let exponent = 120 + (self.bits() % 10) as u32;
         self.float(exponent)
     }
 
-    /// Any kind of value: zeros of both signs, subnormals, tiny and huge numbers, NaN, infinities.
+    /// A value of any kind: zeros of both signs, subnormals, tiny and huge numbers, NaN and infinities.
     const fn any(&mut self) -> f32 {
         match self.bits() % 12 {
             0 => 0.0,
@@ -64,7 +64,7 @@ impl Generator {
         }
     }
 
-    /// An observation: in 16 of 32 cases ordinary, in 8 blank, in 8 with values of every kind.
+    /// Fills an observation. In 16 of 32 cases its values are ordinary, in 8 all zero, in 8 of any kind.
     pub const fn observe(&mut self, observation: &mut [f32]) {
         let kind = self.bits() % 32;
         let mut rest = observation;
@@ -79,15 +79,15 @@ impl Generator {
     }
 }
 
-/// FNV-1a, 64 bits, over 32-bit words.
+/// A 64-bit FNV-1a hash over 32-bit words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hash(pub u64);
 
 impl Hash {
-    /// The hash of nothing.
+    /// The hash of no words.
     pub const START: Hash = Hash(START_64);
 
-    /// Takes in a word.
+    /// Adds a word to the hash.
     pub const fn add(&mut self, word: u32) {
         self.0 = fnv1a_64(self.0, &word.to_le_bytes());
     }
@@ -103,17 +103,17 @@ impl Hash {
     }
 }
 
-/// What a trial came to.
+/// The result of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outcome {
-    /// Hash of every decision and of the state at the end.
+    /// The hash of every decision and of the final state.
     pub hash: Hash,
-    /// Most teams that a decision visited.
+    /// The most teams that a decision visited.
     pub deepest: u16,
 }
 
-/// Lets an agent decide so many times, resetting it now and then, and reports the running hash every
-/// [`REPORT_EVERY`] decisions.
+/// Runs `decisions` decisions. Resets the agent at the start and after every [`EPISODE`] decisions. Calls `report` with
+/// the number of decisions and the hash so far after every [`REPORT_EVERY`] decisions.
 pub fn run<
     W: Width,
     const WORDS: usize,
@@ -137,7 +137,7 @@ pub fn run<
     agent.reset(Reset::Agent, seed);
     for number in 1..=decisions {
         generator.observe(observation);
-        // A length that does not fit leaves the hash as it was, which no other machine's run equals.
+        // If the observation's length is wrong, the hash does not change, so it differs from a correct run's.
         if let Ok(decision) = agent.decide(observation) {
             outcome.hash.decision(&decision);
             outcome.deepest = outcome.deepest.max(decision.teams);

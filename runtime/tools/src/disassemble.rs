@@ -1,4 +1,4 @@
-//! Policies in readable form: text for programs, DOT for the graph.
+//! Shows policies in readable form: programs as text, the graph in DOT or SVG.
 
 mod graph;
 mod names;
@@ -15,7 +15,7 @@ pub use names::inputs_used;
 
 use names::{Names, output_name};
 
-/// Every team and program of a policy as text, in the notation of [`Op::notation`].
+/// Returns every team and program of a policy as text, in the notation of [`Op::notation`].
 #[must_use]
 pub fn disassemble(policy: &Policy<'_>) -> String {
     let mut text = String::new();
@@ -56,7 +56,7 @@ fn write_policy(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
     Ok(())
 }
 
-/// Where a program leads, with the registers that hold a continuous action.
+/// The program's target, with the registers that hold a continuous action.
 fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
     match program.target {
         Target::Team(TeamId(team)) => format!("team {team}"),

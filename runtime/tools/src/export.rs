@@ -1,8 +1,9 @@
-//! Policies as source code: a module in Rust or in C that decides as the interpreter does, bit for bit.
+//! Exports policies as source code in Rust or C. The code decides exactly as the interpreter does, bit for bit.
 //!
-//! The text of an instruction follows from the form and the function that the instruction table states
-//! ([`Op::form`](tpg_runtime::isa::Op::form), [`Op::function`](tpg_runtime::isa::Op::function)). Rust calls
-//! [`tpg_runtime::math`]; C has the arithmetic inline and calls the runtime's library for everything transcendental.
+//! The text of an instruction comes from its form and function in the instruction table
+//! ([`Op::form`](tpg_runtime::isa::Op::form), [`Op::function`](tpg_runtime::isa::Op::function)). Rust code calls
+//! [`tpg_runtime::math`]. C code does arithmetic inline. It calls the runtime's library for transcendental functions,
+//! except for the sine, cosine and tangent, which are inline too.
 
 mod c;
 mod decision;

@@ -1,6 +1,7 @@
-//! What a policy takes on a microcontroller: its firmware is built, looked into, and run on an emulator where there is one.
+//! Measures what a policy needs on a microcontroller. The tool builds the firmware and inspects it. If the board has an
+//! emulator, the tool also runs the firmware there.
 //!
-//! Instructions of the processor are counted by the emulator: they are neither cycles nor time.
+//! The emulator counts processor instructions. These counts are neither cycles nor time.
 
 mod board;
 mod firmware;

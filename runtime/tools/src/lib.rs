@@ -1,10 +1,10 @@
-//! Looks into exported policies, without a simulator and without the trainer.
+//! Tools that inspect exported policies. They need neither a simulator nor the trainer.
 //!
-//! | module | what it makes of a policy |
+//! | module | what it produces from a policy |
 //! |---|---|
-//! | [`disassemble`] | text of its programs, a drawing of its graph |
-//! | [`export`] | source code in Rust or C that decides alike |
-//! | [`footprint`] | flash, RAM, stack and instructions on a board |
+//! | [`disassemble`] | its programs as text and its graph as a drawing |
+//! | [`export`] | Rust or C source code that makes the same decisions |
+//! | [`footprint`] | its flash, RAM, stack and instructions on a board |
 
 pub mod disassemble;
 pub mod export;

@@ -1,4 +1,4 @@
-//! Tries every policy of a pack that lies in spare memory and prints the hashes; the host prints the same lines.
+//! Runs every policy of a pack in spare memory and prints the hashes. The host prints the same lines.
 #![no_std]
 #![no_main]
 
@@ -8,7 +8,7 @@ use tpg_board::{mps2, pack};
 
 #[entry]
 fn main() -> ! {
-    // SAFETY: this board's memory that holds nothing of the program; nobody writes to it.
+    // SAFETY: The board has this memory. The program does not use it otherwise, and nothing writes to it.
     let memory = unsafe { core::slice::from_raw_parts(mps2::SPARE, mps2::SPARE_BYTES) };
     let tried = pack::try_all(memory, |number, decisions, hash| match decisions {
         Some(decisions) => println!("{number} {decisions} {:016x}", hash.0),

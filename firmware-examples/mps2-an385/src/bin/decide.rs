@@ -1,4 +1,4 @@
-//! Decides once in each control period.
+//! Decides once per control period.
 #![no_std]
 #![no_main]
 
@@ -7,7 +7,7 @@ use tpg_runtime::{Action, Capacities, Policy, Reset, agent_type};
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 type Champion = agent_type!(CHAMPION);
-// Fails the build, not the robot, if the policy outgrows the RAM that you grant it.
+// If the policy needs more RAM than you allow here, the build fails. Otherwise the robot would fail.
 const _: () = assert!(Capacities::of(CHAMPION).state_bytes() <= 64 * 1024);
 const INPUTS: usize = tpg_board::inputs(CHAMPION);
 
@@ -15,7 +15,7 @@ const INPUTS: usize = tpg_board::inputs(CHAMPION);
 fn main() -> ! {
     let policy = Policy::load(CHAMPION).ok();
     let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
-        semihosting::process::exit(1) // A damaged policy: on a robot, the safe action.
+        semihosting::process::exit(1) // The policy is damaged. On a robot, take the safe action here.
     };
     agent.reset(Reset::Agent, 1);
     for _ in 0..1000 {
@@ -24,7 +24,7 @@ fn main() -> ! {
     semihosting::process::exit(0)
 }
 
-/// A function of its own, so that `tpg footprint` can say how much stack a decision takes at most.
+/// A separate function, so that `tpg footprint` can find the most stack that a decision can use.
 #[inline(never)]
 fn step(agent: &mut Champion) {
     let mut observation = [0.0; INPUTS];

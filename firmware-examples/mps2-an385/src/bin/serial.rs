@@ -1,4 +1,4 @@
-//! Decides for a plant at the other end of the serial line, and takes new policies from there.
+//! Controls a plant over the serial line and accepts new policies over it.
 #![no_std]
 #![no_main]
 
@@ -17,7 +17,7 @@ fn main() -> ! {
     let Some(mut agent) = policy.and_then(|policy| Roomy::new(policy).ok()) else {
         exit(1)
     };
-    // SAFETY: memory of this board that holds nothing of the program; it outlives a reset.
+    // SAFETY: The board has this memory, and the program does not use it otherwise. It keeps its contents over a reset.
     let flash = unsafe { RamFlash::new(mps2::SPARE, 64 * 1024) };
     let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent) else {
         exit(1)

@@ -1,4 +1,4 @@
-//! Counts what policies of width 11 in a pack in spare memory execute: instructions of the policy, and of the processor.
+//! Counts policy instructions and processor instructions for a pack of policies in spare memory. Their width is 11.
 #![no_std]
 #![no_main]
 
@@ -11,7 +11,7 @@ type Roomy<'p> = Agent<'p, Fixed<11>, 2048, 8, 4, 4>;
 
 #[entry]
 fn main() -> ! {
-    // SAFETY: this board's memory that holds nothing of the program; nobody writes to it.
+    // SAFETY: The board has this memory. The program does not use it otherwise, and nothing writes to it.
     let memory = unsafe { core::slice::from_raw_parts(mps2::SPARE, mps2::SPARE_BYTES) };
     let counter = mps2::InstructionCounter::start();
     let Ok(policies) = pack::policies(memory) else {

@@ -1,4 +1,4 @@
-//! Measures decisions for `tpg footprint`: stack, agent, executed instructions of the policy and of the processor.
+//! Measures decisions for `tpg footprint`: stack, size of the agent, policy instructions and processor instructions.
 #![no_std]
 #![no_main]
 

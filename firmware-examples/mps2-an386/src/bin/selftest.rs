@@ -1,4 +1,4 @@
-//! Replays the champion's golden run and ends with an exit status: 0 if every bit is as on the host.
+//! Replays the champion's golden run. The exit status is 0 if every bit is the same as on the host.
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Decides once in each control period; the watchdog restarts a board that stops doing so.
+//! Decides once per control period. If the program stops doing so, the watchdog restarts the board.
 #![no_std]
 #![no_main]
 
@@ -13,20 +13,20 @@ use tpg_runtime::{Capacities, Header, Policy, Reset, agent_type};
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 type Champion = agent_type!(CHAMPION);
-// Fails the build, not the robot, if the policy outgrows the RAM that you grant it.
+// If the policy needs more RAM than you allow here, the build fails. Otherwise the robot would fail.
 const _: () = assert!(Capacities::of(CHAMPION).state_bytes() <= 64 * 1024);
 const PERIOD_US: u32 = match Header::peek(CHAMPION) {
     Some(header) => header.control_period_us,
     None => 0,
 };
-// The watchdog counts in milliseconds, up to 32 s.
+// The watchdog counts milliseconds, at most 32 s.
 const _: () = assert!(PERIOD_US > 0 && PERIOD_US <= 10_000_000);
 const INPUTS: usize = tpg_board::inputs(CHAMPION);
 
 #[entry]
 fn main() -> ! {
     plant::make_safe();
-    // Reset has just made the peripherals available, once.
+    // `take` succeeds because this is its first call after reset.
     let (Some(device), Ok(policy)) = (pac::Peripherals::take(), Policy::load(CHAMPION)) else {
         stay_safe()
     };
@@ -41,13 +41,13 @@ fn main() -> ! {
     agent.reset(Reset::Agent, 1);
     loop {
         step(&mut agent);
-        // The timer counts on while the policy decides, so that nothing drifts.
+        // The timer keeps counting while the policy decides, so the period does not drift.
         while timer.wait().is_err() {}
         watchdog.feed();
     }
 }
 
-/// A function of its own, so that `tpg footprint` can say how much stack a decision takes at most.
+/// A separate function, so that `tpg footprint` can find the most stack that a decision can use.
 #[inline(never)]
 fn step(agent: &mut Champion) {
     let mut observation = [0.0; INPUTS];
@@ -58,8 +58,8 @@ fn step(agent: &mut Champion) {
     }
 }
 
-/// A timer of the control period. Apart from all else, so that the compiler sees constants alone, and drops the library's
-/// panics for clocks that cannot be.
+/// A timer with the control period. This is a separate function so that the compiler sees only constants. It can
+/// then remove the library's panics for impossible clocks.
 #[inline(never)]
 fn control_timer(rcc: pac::RCC, timer: pac::TIM5) -> Option<CounterUs<pac::TIM5>> {
     let mut rcc = rcc.freeze(

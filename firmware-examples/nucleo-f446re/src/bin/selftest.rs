@@ -1,10 +1,10 @@
-//! Replays the champion's golden run and ends with an exit status: 0 if every bit is as on the host.
+//! Replays the champion's golden run. The exit status is 0 if every bit is the same as on the host.
 #![no_std]
 #![no_main]
 
 use cortex_m_rt::entry;
 use semihosting::{println, process::exit};
-use stm32f4xx_hal as _; // The interrupt table.
+use stm32f4xx_hal as _; // Links the interrupt table.
 use tpg_board::selftest;
 use tpg_runtime::{Policy, agent_type};
 

@@ -1,6 +1,6 @@
-//! Decides for a plant at the other end of the board's USB cable, and takes new policies from there into its flash.
+//! Controls a plant over the board's USB cable. Accepts new policies over it and stores them in the board's flash.
 //!
-//! The ST-Link hands USART2 on to the host, as `/dev/ttyACM0` under Linux, at 115 200 baud.
+//! The ST-Link connects USART2 to the host at 115 200 baud. Under Linux it is `/dev/ttyACM0`.
 #![no_std]
 #![no_main]
 
@@ -20,7 +20,7 @@ type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64,
 
 #[entry]
 fn main() -> ! {
-    // Reset has just made the peripherals available, once.
+    // `take` succeeds because this is its first call after reset.
     let (Some(device), Ok(policy)) = (pac::Peripherals::take(), Policy::load(CHAMPION)) else {
         stop()
     };
@@ -42,7 +42,7 @@ fn main() -> ! {
         stop()
     };
     loop {
-        // A byte that was lost or damaged leaves a frame that the checksum drops and the host sends again.
+        // If a byte is lost or damaged, the checksum rejects the frame and the host sends it again.
         let Ok(byte) = nb::block!(line.read()) else {
             continue;
         };
@@ -52,7 +52,7 @@ fn main() -> ! {
     }
 }
 
-/// Says nothing: the host misses the answers, and makes its plant safe.
+/// Stops answering. The host notices the missing answers and makes its plant safe.
 fn stop() -> ! {
     loop {
         cortex_m::asm::wfi();

@@ -11,9 +11,9 @@ use tpg_runtime::tables::{ProgramId, Target, TeamId};
 
 use super::names::output_name;
 
-/// The graph in DOT: teams as ellipses, programs as boxes, actions and outputs as diamonds.
+/// Returns the graph in DOT. Teams are ellipses, programs are boxes, actions and outputs are diamonds.
 ///
-/// An edge from a team to a program is labelled with the program's place in the team's list.
+/// The label of an edge from a team to a program is the program's position in the team's list.
 #[must_use]
 pub fn dot(policy: &Policy<'_>) -> String {
     let mut text = String::new();
@@ -22,10 +22,10 @@ pub fn dot(policy: &Policy<'_>) -> String {
     text
 }
 
-/// The graph of [`dot`], drawn.
+/// Returns the graph of [`dot`] as an SVG drawing.
 ///
 /// # Panics
-/// If the layout does not understand that graph, which would be a defect.
+/// If the layout library cannot read the output of [`dot`]. That would be a bug.
 #[must_use]
 pub fn svg(policy: &Policy<'_>) -> String {
     let graph = DotParser::new(&dot(policy))

@@ -1,4 +1,4 @@
-//! What a program's state offsets are called.
+//! Names for a program's state offsets.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ pub(super) struct Names<'p> {
     width: usize,
     inputs: usize,
     window: usize,
-    /// First words of scalars, vectors and matrices.
+    /// State offsets of the first scalar, vector and matrix.
     starts: [usize; 3],
 }
 
@@ -86,15 +86,15 @@ fn element(kind: char, offset: usize, len: usize) -> String {
     format!("{kind}{}[{}]", offset / len, offset % len)
 }
 
-/// Number and name of an output that has programs of its own.
+/// The number and name of an output that has its own programs.
 pub(super) fn output_name(policy: &Policy<'_>, output: u16) -> String {
     let label = policy.outputs().nth(output.into());
     let (name, _) = label.unwrap_or_default();
     format!("output {output} ({name})")
 }
 
-/// Names of the inputs that some instruction or the front end's model reads, in the order of the observation; not those that a
-/// scale of 0 keeps from being perceived.
+/// Names of the inputs that an instruction or the front end's model reads, in the order of the observation. Inputs
+/// with a scale of 0 are left out, because the policy cannot perceive them.
 #[must_use]
 pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Vec<String> {
     let header = policy.header();

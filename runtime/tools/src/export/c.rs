@@ -32,10 +32,12 @@ pub struct CSource {
     pub source: String,
 }
 
-/// The policy as C without heap, whose types and functions begin with `name`; the text is C99 and C++17 as well.
+/// Returns the policy as C code. The code uses no heap, and is valid C99 and C++17. The names of its types and
+/// functions begin with `name`.
 ///
-/// It calls nothing but the functions `tpg_math_*` of the runtime's C library, and these only for arc functions, powers,
-/// exponentials, logarithms and the hyperbolic tangent. `command` is what the files' first lines name as their origin.
+/// The code calls only the functions `tpg_math_*` of the runtime's C library. It needs them only for arc functions,
+/// powers, exponentials, logarithms and the hyperbolic tangent. The first lines of the files name `command` as their
+/// origin.
 #[must_use]
 pub fn c(policy: &Policy<'_>, name: &str, command: &str) -> CSource {
     let plan = Plan::new(policy);

@@ -1,4 +1,4 @@
-//! What both languages need to know of a policy's graph: which programs run where, and what cannot happen.
+//! Facts about a policy's graph that both languages need: which programs run in which team, and what cannot happen.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,30 +8,30 @@ use tpg_runtime::isa::{Form, Op, Operand};
 use tpg_runtime::registers::Location;
 use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, Team, TeamId};
 
-/// A policy with what its graph says about every decision.
+/// A policy with the facts that its graph gives about every decision.
 pub(super) struct Plan<'p> {
     pub(super) policy: &'p Policy<'p>,
     pub(super) width: usize,
     pub(super) inputs: usize,
     pub(super) window: usize,
     pub(super) outputs: usize,
-    /// Whether each output has programs of its own.
+    /// Whether each output has its own programs.
     pub(super) each: bool,
     pub(super) stateful: bool,
     /// Kept cells of indexed memory.
     pub(super) cells: Vec<u16>,
     pub(super) programs: Vec<Program>,
     pub(super) teams: Vec<TeamPlan>,
-    /// Programs that two teams of one decision may want to run.
+    /// Programs that more than one team may run in the same decision.
     pub(super) cached: BTreeSet<u16>,
-    /// Teams that some program cannot know to be unvisited.
+    /// Teams whose visits must be recorded, because some program must check them at run time.
     pub(super) marked: BTreeSet<u16>,
 }
 
 /// A team and those of its members that can take part in a decision.
 pub(super) struct TeamPlan {
     pub(super) record: Team,
-    /// Whether any decision gets here.
+    /// Whether any decision can visit this team.
     pub(super) reached: bool,
     pub(super) members: Vec<Member>,
 }
@@ -40,11 +40,11 @@ pub(super) struct TeamPlan {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Member {
     pub(super) program: u16,
-    /// It takes no part once this team was visited.
+    /// If this team was already visited, the program takes no part.
     pub(super) unless_visited: Option<u16>,
 }
 
-/// A compiled function: a program, for one of its teams if it touches that team's memory.
+/// A function to write. It runs one program. If the program uses team memory, it does so for one team.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Function {
     pub(super) program: u16,
@@ -116,7 +116,7 @@ impl<'p> Plan<'p> {
         plan
     }
 
-    /// Whether and when a program takes part in a team; never, if it leads to a team that must have been visited.
+    /// Whether a program takes part in a team, and on what condition. `None` if its target team was certainly visited.
     fn member(&self, team: u16, program: u16, below: &[BTreeSet<u16>]) -> Option<Member> {
         let unless_visited = match self.program(program).target {
             Target::Atomic(_) => None,
@@ -149,7 +149,7 @@ impl<'p> Plan<'p> {
         teams.filter(|(_, team)| team.streams() > 0)
     }
 
-    /// Every function to compile, in the order of programs.
+    /// Every function to write, in the order of programs.
     pub(super) fn functions(&self) -> BTreeSet<Function> {
         let of_team = |(number, team): (u16, &TeamPlan)| -> Vec<Function> {
             team.members
@@ -198,7 +198,7 @@ impl<'p> Plan<'p> {
         ran.filter(|_| self.stateful).collect()
     }
 
-    /// The programs that end a decision with another discrete action than 0, each with its action.
+    /// The programs that end a decision with a discrete action other than 0, each with its action.
     pub(super) fn actions(&self) -> BTreeMap<u16, u16> {
         let ran = self.functions().into_iter().map(|f| f.program);
         ran.filter_map(|program| match self.program(program).target {
@@ -213,12 +213,12 @@ impl<'p> Plan<'p> {
         self.outputs > 0 && matches!(self.program(program).target, Target::Atomic(_))
     }
 
-    /// How many values of a continuous action a program gives that acts.
+    /// The number of continuous action values that an acting program gives.
     pub(super) fn values(&self) -> usize {
         if self.each { 1 } else { self.outputs }
     }
 
-    /// The output that a program gives, where each has programs of its own.
+    /// The output that a program gives, if each output has its own programs.
     pub(super) fn own_output(&self, program: u16) -> Option<u16> {
         match self.program(program).target {
             Target::Atomic(output) if self.each => Some(output),
@@ -233,21 +233,21 @@ impl<'p> Plan<'p> {
             .expect("operands of a verified policy are registers or in the window")
     }
 
-    /// Number of a kept cell among the kept ones.
+    /// The index of a kept cell among all kept cells.
     pub(super) fn cell(&self, at: u16) -> usize {
         let start = self.policy.header().words as usize - self.cells.len();
         usize::from(at) - start
     }
 }
 
-/// A team's programs without repetitions: a program that is listed again bids the same and cannot win.
+/// A team's programs without repetitions. A repeated program bids the same again, so it cannot win.
 fn distinct(policy: &Policy<'_>, team: &Team) -> Vec<u16> {
     let mut seen = BTreeSet::new();
     let members = policy.tables().members(team).map(|ProgramId(p)| p);
     members.filter(|program| seen.insert(*program)).collect()
 }
 
-/// For each team those that a decision may visit after it.
+/// For each team, the teams that a decision may visit after it.
 fn below(programs: &[Program], members: &[Vec<u16>]) -> Vec<BTreeSet<u16>> {
     let next = move |team: usize| {
         members[team].iter().filter_map(move |program| {

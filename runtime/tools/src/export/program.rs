@@ -1,4 +1,4 @@
-//! The walk over a program's instructions: what a function consists of, whatever the language.
+//! Goes through a program's instructions and writes its function, independent of the language.
 
 use tpg_runtime::isa::{Destination, Form, Operand};
 use tpg_runtime::tables::{Instruction, Section};
@@ -17,18 +17,18 @@ pub(super) enum Variable {
     Matrix(Location),
 }
 
-/// An instruction with its operands found.
+/// An instruction with its operands resolved.
 #[derive(Debug)]
 pub(super) enum Statement {
-    /// A register, or a word of one, takes a value.
+    /// Sets a register, or one word of it.
     Set(Variable, Value),
-    /// A random slot of the section takes a value.
+    /// Writes a value to a random slot of the section.
     WriteSlot(Section, Variable),
-    /// Random cells take the values of the scalar registers.
+    /// Writes the values of the scalar registers to random cells.
     WriteCells,
 }
 
-/// What a register takes.
+/// The value that a register is set to.
 #[derive(Debug)]
 pub(super) enum Value {
     /// A kept cell, counted from the first one.
@@ -39,9 +39,10 @@ pub(super) enum Value {
     Slot(Section, u16),
     /// The register's evolved constants.
     Constants(Vec<f32>),
-    /// What another variable holds.
+    /// The value of another variable.
     Copy(Variable),
-    /// The result of the instruction's operation; the first argument is the destination, where it is read as well.
+    /// The result of the instruction's operation. If the operation reads its destination too, that is the first
+    /// argument.
     Result(Vec<Variable>),
 }
 
@@ -85,7 +86,8 @@ pub(super) fn write_function(
     out.push_str(&language.end(function, outputs.map(Iterator::collect)));
 }
 
-/// The instruction with its operands found; `None` if it does nothing, as a write to memory that nobody reads.
+/// The instruction with its operands resolved. `None` if it has no effect, such as a write to memory that nothing
+/// reads.
 fn statement(plan: &Plan<'_>, function: Function, i: &Instruction) -> Option<Statement> {
     let (op, program) = (i.op, plan.program(function.program));
     let [a, b] = op.operands();
@@ -103,7 +105,7 @@ fn statement(plan: &Plan<'_>, function: Function, i: &Instruction) -> Option<Sta
         Destination::M => Variable::Matrix(locate(i.d)),
         _ => Variable::Scalar(locate(i.d)),
     };
-    // Slots and cells are no state offsets.
+    // Operands that are slots or cells are not state offsets.
     let value = match (op.form(), op.section()) {
         (Form::Move, _) if a == Operand::Cell => Value::Cell(plan.cell(i.a)),
         (Form::Move, _) => Value::Copy(operand(a, i.a)?),

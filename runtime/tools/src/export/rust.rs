@@ -16,9 +16,10 @@ use perception::write_perception;
 use program::{Rust, write_helper};
 use state::{write_policy, write_state};
 
-/// The policy as the text of a Rust module that needs `tpg-runtime` alone: no `std`, no heap, no `unsafe`, no panics.
+/// Returns the policy as the text of a Rust module. The module depends only on `tpg-runtime`. It uses no `std`, no heap
+/// and no `unsafe`, and does not panic.
 ///
-/// `command` is what the module's first lines name as its origin.
+/// The module's first lines name `command` as its origin.
 #[must_use]
 pub fn rust(policy: &Policy<'_>, command: &str) -> String {
     let mut text = String::new();
@@ -111,7 +112,7 @@ pub struct Decision {
 }
 ";
 
-/// What reads vectors and matrices of the observation, and what works row by row.
+/// Functions that read vectors and matrices of the observation, and functions that work row by row.
 const HELPERS: &str = "
 #[inline(always)]
 fn vector(x: &Window, at: usize) -> Vector {

@@ -1,43 +1,43 @@
-//! The boards that firmware is built for.
+//! The boards that firmware can be built for.
 
 use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-/// A board, as `firmware-examples/boards.toml` describes it.
+/// A board as described in `firmware-examples/boards.toml`.
 #[derive(Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Board {
-    /// Name of the board and of its folder below `firmware-examples/`.
+    /// The board's name, which is also the name of its folder in `firmware-examples/`.
     pub name: String,
-    /// Its processor.
+    /// The name of its processor.
     pub processor: String,
-    /// The compiler's target.
+    /// The compiler target.
     pub target: String,
-    /// How it is emulated; `None` where nothing emulates it.
+    /// How to emulate the board. `None` if there is no emulator for it.
     pub emulation: Option<Emulation>,
 }
 
-/// How a board is emulated.
+/// How to emulate a board.
 #[derive(Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Emulation {
-    /// The emulator and the options that choose the board; never empty.
+    /// The emulator and the options that select the board. Never empty.
     pub command: Vec<String>,
-    /// Options with which the emulator's clock counts instructions.
+    /// Options that make the emulator's clock count instructions.
     pub count: Vec<String>,
-    /// Address of memory that the board's programs leave free.
+    /// Start address of memory that the board's programs do not use.
     pub spare: u32,
-    /// Decisions of each policy in the test that compares the board with the host.
+    /// The number of decisions per policy in the test that compares the board with the host.
     pub test_decisions: u32,
 }
 
-/// The boards, the default one first; never empty.
+/// All boards. The first is the default. Never empty.
 ///
 /// # Panics
-/// If the table that this crate was built with is none; a test reads it.
+/// If the table built into this crate is invalid. A test reads it.
 #[must_use]
 pub fn boards() -> &'static [Board] {
     #[derive(Deserialize)]

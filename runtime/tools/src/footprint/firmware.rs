@@ -1,4 +1,4 @@
-//! Firmware for a policy: found, built, looked into and run.
+//! Finds, builds, inspects and runs the firmware for a policy.
 
 use std::collections::HashMap;
 use std::env;
@@ -19,17 +19,17 @@ use super::stack::{self, StackError};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Profile {
-    /// For little flash, as the examples come: opt-level s and the runtime's feature `small-code`.
+    /// Saves flash. Uses opt-level s and the runtime's feature `small-code`. The examples use this by default.
     Size,
-    /// For short decisions: opt-level 3, without `small-code`.
+    /// Makes decisions fast. Uses opt-level 3 without `small-code`.
     Speed,
 }
 
 impl Profile {
-    /// Every profile; a command lists their names.
+    /// All profiles. The command line lists their names.
     pub const ALL: [Profile; 2] = [Profile::Size, Profile::Speed];
 
-    /// Its name on the command line.
+    /// The profile's name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -38,7 +38,7 @@ impl Profile {
         }
     }
 
-    /// What cargo is told, and the folder that it then builds in.
+    /// The options for cargo, and the folder that cargo then builds in.
     const fn options(self) -> (&'static [&'static str], &'static str) {
         match self {
             Profile::Size => (&["--release"], "release"),
@@ -64,12 +64,12 @@ impl fmt::Display for Profile {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FootprintError {
-    /// The firmware's sources are nowhere to be found.
+    /// The firmware's sources were not found.
     #[error(
         "no firmware-examples/ in or above {0}, nor above this program: name the folder with --firmware DIR"
     )]
     NoSources(PathBuf),
-    /// The folder holds something else.
+    /// The folder does not hold the expected package.
     #[error("{0} holds no package {1}: --firmware must name the repository's firmware-examples/")]
     NoPackage(PathBuf, String),
     /// A program cannot be started.
@@ -79,7 +79,7 @@ pub enum FootprintError {
         program: String,
         /// How to get it.
         advice: &'static str,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The firmware does not build.
@@ -87,10 +87,10 @@ pub enum FootprintError {
     Build {
         /// The board.
         board: String,
-        /// What the compiler said.
+        /// The compiler's output.
         output: String,
     },
-    /// The firmware does not run, or says something else than expected.
+    /// The firmware does not run, or its output is not as expected.
     #[error("firmware does not run on {board} ({status}): {output}")]
     Run {
         /// The board.
@@ -100,7 +100,7 @@ pub enum FootprintError {
         /// What it printed.
         output: String,
     },
-    /// A decision's stack has no bound.
+    /// No bound was found for a decision's stack.
     #[error("no bound of the stack in {path} ({board})")]
     Stack {
         /// The board.
@@ -120,45 +120,45 @@ pub enum FootprintError {
     },
 }
 
-/// The function of `decide` that decides once, as its mangled names contain it.
+/// Part of the mangled name of the function that decides once, in the program `decide`.
 const DECISION: &str = "6decide4step";
 
-/// What is known of a policy on a board; the fields are keys of `--json`, `null` where only running it would tell and
-/// nothing emulates the board.
+/// What was measured for a policy on a board. The fields are the keys of `--json`. A value that needs an emulator is
+/// `null` if the board has none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
     /// The board.
     pub board: String,
     /// Its processor.
     pub processor: String,
-    /// Flash of the firmware `decide` without the policy.
+    /// Flash used by the firmware `decide` without the policy, in bytes.
     pub flash_code_bytes: u64,
-    /// Flash of the policy's file.
+    /// Size of the policy's file, in bytes. The file is stored in flash.
     pub flash_blob_bytes: u64,
-    /// Static variables of `decide`, and the agent, which lies in the frame of its `main`; that whole frame where nothing
-    /// emulates the board.
+    /// Bytes of the static variables of `decide` and of the agent, which lies in the stack frame of `main`. If the
+    /// board has no emulator, the whole frame counts in place of the agent.
     pub ram_static_bytes: u64,
-    /// Most stack that a decision of `decide` can take, from its code; handlers of interrupts come on top.
+    /// The most stack that a decision of `decide` can use, in bytes, found from its code. Interrupt handlers need more.
     pub stack_bytes_bound: u64,
-    /// What running it told.
+    /// What was measured by running it.
     #[serde(flatten)]
     pub seen: Seen,
 }
 
-/// What running the firmware tells; all `None` where nothing emulates the board.
+/// What was measured by running the firmware. Every field is `None` if the board has no emulator.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Seen {
-    /// Bytes of RAM of the agent alone.
+    /// RAM of the agent alone, in bytes.
     pub agent_bytes: Option<u64>,
-    /// Most stack that a decision was seen to take, in bytes.
+    /// The most stack that a measured decision used, in bytes.
     pub stack_bytes: Option<u64>,
-    /// Decisions that were measured.
+    /// The number of decisions measured.
     pub decisions: Option<u64>,
-    /// Instructions of the policy in a decision, mean.
+    /// The mean number of policy instructions per decision.
     pub instructions_mean: Option<f64>,
-    /// Instructions of the processor in a decision, mean.
+    /// The mean number of processor instructions per decision.
     pub machine_instructions_mean: Option<f64>,
-    /// Instructions of the processor in a decision, most that were seen.
+    /// The most processor instructions in a measured decision.
     pub machine_instructions_worst_seen: Option<u64>,
 }
 
@@ -169,7 +169,8 @@ pub struct Firmware {
 }
 
 impl Firmware {
-    /// The given folder, else `firmware-examples` in or above the working directory or above this program.
+    /// Uses the given folder. Without one, looks for `firmware-examples` in or above the working directory, then above
+    /// this program.
     ///
     /// # Errors
     /// [`FootprintError::NoSources`] or [`FootprintError::NoPackage`].
@@ -193,7 +194,7 @@ impl Firmware {
         Ok(Firmware { folder })
     }
 
-    /// Builds the firmware for a policy, looks into it and, where the board is emulated, runs it.
+    /// Builds the firmware for a policy and inspects it. Runs it if the board has an emulator.
     ///
     /// # Errors
     /// Any other [`FootprintError`].
@@ -235,7 +236,7 @@ impl Firmware {
         })
     }
 
-    /// Builds and runs `measure`.
+    /// Builds and runs the program `measure`.
     fn run(
         &self,
         board: &Board,
@@ -318,7 +319,7 @@ fn run(
     })
 }
 
-/// Bytes of flash and of static variables that a program takes.
+/// The bytes of flash and the bytes of static variables of a program.
 fn sections(path: &Path) -> Result<(u64, u64), FootprintError> {
     let bytes = fs::read(path).map_err(|error| unreadable(path, error))?;
     let file = object::File::parse(bytes.as_slice()).map_err(|error| unreadable(path, error))?;
@@ -331,7 +332,7 @@ fn sections(path: &Path) -> Result<(u64, u64), FootprintError> {
             sh_flags & u64::from(elf::SHF_ALLOC) != 0,
             sh_flags & u64::from(elf::SHF_WRITE) != 0,
         );
-        // Room that a linker script sets aside, not variables.
+        // A linker script reserves these sections. They hold no variables.
         let reserved = matches!(section.name(), Ok(".stack" | ".heap"));
         if !allocated || reserved {
             continue;
@@ -363,7 +364,7 @@ fn output(command: &mut Command, advice: &'static str) -> Result<Output, Footpri
         })
 }
 
-/// Semihosting prints to standard error of some versions of QEMU, to standard output of others.
+/// Both outputs together. Some versions of QEMU print semihosting text to standard error, others to standard output.
 fn text(output: &Output) -> String {
     [&output.stdout, &output.stderr]
         .map(|bytes| String::from_utf8_lossy(bytes))

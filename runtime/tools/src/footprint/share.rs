@@ -1,35 +1,35 @@
-//! Which team and which program takes how many bytes.
+//! How many bytes each team and each program takes.
 
 use serde::Serialize;
 use tpg_runtime::Policy;
 use tpg_runtime::blob::InitialValues;
 use tpg_runtime::tables::{Instruction, Program, Team};
 
-/// What a team takes, without its programs.
+/// The bytes that a team takes, without its programs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct TeamShare {
-    /// Number of the team.
+    /// The team's number.
     pub team: usize,
-    /// Bytes of the file: record, list of members, initial values of its memory.
+    /// Bytes in the policy file: its record, its list of members and the initial values of its memory.
     pub flash_bytes: usize,
-    /// Bytes of state: its memory and random streams.
+    /// Bytes of state: its memory, its random streams and the flag that a decision visited it.
     pub ram_bytes: usize,
 }
 
-/// What a program takes.
+/// The bytes that a program takes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ProgramShare {
-    /// Number of the program.
+    /// The program's number.
     pub program: usize,
-    /// Its instructions.
+    /// The number of its instructions.
     pub instructions: usize,
-    /// Bytes of the file: record, code, initial values of its registers.
+    /// Bytes in the policy file: its record, its code and the initial values of its registers.
     pub flash_bytes: usize,
     /// Bytes of state: its registers and its bid.
     pub ram_bytes: usize,
 }
 
-/// The shares of all teams and programs.
+/// The bytes that each team and each program takes, in the order of their numbers.
 #[must_use]
 pub fn shares(policy: &Policy<'_>) -> (Vec<TeamShare>, Vec<ProgramShare>) {
     let (header, tables) = (policy.header(), policy.tables());

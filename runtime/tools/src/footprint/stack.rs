@@ -1,10 +1,10 @@
-//! Most stack that a function of a linked program can take, found without running it: what its instructions take from the
-//! stack pointer, and the functions that it calls.
+//! Finds the most stack that a function of a linked program can use, without running the program. It adds up what the
+//! instructions take from the stack pointer, and follows the calls.
 //!
-//! A function counts with all that it ever takes, on whatever path, and a jump to another function as a call; both can
-//! only make the bound too high. A call through a pointer counts as one of each function whose address stands in constant
-//! data or is formed by code that can be reached. Recursion, and whatever moves the stack pointer by an amount that the
-//! code does not say, have no bound and are errors. Handlers of interrupts come on top.
+//! A function counts with the sum of what it takes on all its paths. A jump to another function counts as a call. Both
+//! rules can only make the bound too high. A call through a pointer counts as a call of every function whose address is
+//! in constant data or is formed by reachable code. Recursion has no bound and is an error. So is an instruction that
+//! moves the stack pointer by an unknown amount. Interrupt handlers need stack in addition.
 
 mod code;
 mod riscv;
@@ -30,7 +30,7 @@ pub enum StackError {
     /// The program cannot be read.
     #[error(transparent)]
     Read(#[from] std::io::Error),
-    /// Its format is damaged.
+    /// The program's file format is damaged.
     #[error(transparent)]
     Format(#[from] object::Error),
     /// The function is missing.
@@ -44,7 +44,7 @@ pub enum StackError {
         /// Address of the instruction.
         address: u64,
     },
-    /// A function calls itself, through others or not.
+    /// A function calls itself, directly or through others.
     #[error("{0} can call itself")]
     Recursion(String),
 }
@@ -52,24 +52,25 @@ pub enum StackError {
 /// A linked program.
 struct Program<'d> {
     arm: bool,
-    /// Where the processor starts: no code calls that, though a constant may look like its address.
+    /// Where the processor starts. No code calls this address, but a constant may look like it.
     begin: u64,
-    /// Names of functions by their addresses.
+    /// Names of functions by address.
     names: BTreeMap<u64, &'d str>,
-    /// Sections of code: address and bytes.
-    /// The ends of functions by their beginnings, which are the same where a function's size is not known.
+    /// End addresses of functions by start address. The two are equal if the function's size is unknown.
     ends: BTreeMap<u64, u64>,
+    /// Sections of code: address and bytes.
     text: Vec<(u64, &'d [u8])>,
-    /// Words of constant data that may be addresses.
+    /// Words in constant data that may be addresses.
     constants: BTreeSet<u64>,
-    /// Ends of code and beginnings of data within it, and the other way round.
+    /// Addresses within code sections where data starts (true) or code starts (false).
     data_begins: BTreeMap<u64, bool>,
 }
 
-/// Bytes of stack that the function whose mangled name contains `entry` can take at most, all that it calls included.
+/// The most stack, in bytes, that a function can use, including everything it calls. `entry` is part of the function's
+/// mangled name.
 ///
 /// # Errors
-/// [`StackError`].
+/// Every [`StackError`] is possible.
 pub fn bound(path: &Path, entry: &str) -> Result<u64, StackError> {
     let bytes = fs::read(path)?;
     let program = Program::parse(&bytes)?;
@@ -79,17 +80,18 @@ pub fn bound(path: &Path, entry: &str) -> Result<u64, StackError> {
     program.most(entry, &graph, &mut bounds, &mut Vec::new())
 }
 
-/// Bytes of stack that the function which calls `entry` takes for itself; of several, the most.
+/// The bytes of stack that the caller of `entry` uses itself. If there are several callers, the largest value.
 ///
 /// # Errors
-/// [`StackError`]: `Missing` also if nothing calls it.
+/// [`StackError`]. `Missing` also means that nothing calls `entry`.
 pub fn callers_frame(path: &Path, entry: &str) -> Result<u64, StackError> {
     let bytes = fs::read(path)?;
     let program = Program::parse(&bytes)?;
     let callee = program.named(entry)?;
     let mut most = None;
     for function in program.names.keys().filter(|function| **function != callee) {
-        // What has no frame that can be told, such as a handler in assembly, matters only if it is the caller.
+        // Some functions have no known frame, such as a handler in assembly. They are skipped. If one is the only
+        // caller, the search ends with an error.
         let Ok(code) = program.decode(*function) else {
             continue;
         };
@@ -120,7 +122,7 @@ impl<'d> Program<'d> {
         for section in file.sections() {
             match section.kind() {
                 SectionKind::Text => program.text.push((section.address(), section.data()?)),
-                // The table of interrupts is the processor's: no code calls what stands in it.
+                // The processor uses the interrupt table. No code calls the addresses in it.
                 _ if section.name() == Ok(".vector_table") => {}
                 SectionKind::ReadOnlyData | SectionKind::Data => {
                     program.constants.extend(words(section.data()?));
@@ -131,7 +133,7 @@ impl<'d> Program<'d> {
         for symbol in file.symbols() {
             let (name, address) = (symbol.name().unwrap_or_default(), symbol.address());
             if symbol.kind() == SymbolKind::Text {
-                // Symbols of Thumb code are odd too.
+                // Symbols of Thumb code have odd addresses, as pointers to it do.
                 let start = if arm { address & !1 } else { address };
                 program.names.insert(start, name);
                 program.ends.insert(start, start + symbol.size());
@@ -151,7 +153,7 @@ impl<'d> Program<'d> {
         )
     }
 
-    /// The function that a word points to; pointers to Thumb code are odd.
+    /// The function that a word points to. Pointers to Thumb code are odd.
     fn pointed(&self, word: u64) -> Option<u64> {
         let start = if self.arm { word.checked_sub(1)? } else { word };
         let possible = word != self.begin && (!self.arm || word & 1 == 1);
@@ -177,7 +179,7 @@ impl<'d> Program<'d> {
         };
         let next = self.names.range(function + 1..).next();
         let end = next.map_or(end, |(next, _)| end.min(*next));
-        // Behind a function of known size the linker may pad, with words that would read as jumps.
+        // The linker may pad after a function. The padding could decode as jumps, so stop at the known size.
         let own = (self.ends.get(&function)).filter(|own| **own > function);
         let end = own.map_or(end, |own| end.min(*own));
         let bytes = &bytes[..(end - function) as usize];
@@ -187,7 +189,7 @@ impl<'d> Program<'d> {
                 mark.is_some_and(|(_, data)| *data)
             })
         } else {
-            // Where constant data has addresses within a function, they are those of a switch.
+            // Addresses within a function that stand in constant data belong to a switch.
             let switches = self.constants.range(function + 1..end).next().is_some();
             riscv::decode(function, bytes, switches)
         };
@@ -200,7 +202,7 @@ impl<'d> Program<'d> {
         }
     }
 
-    /// Every function that can be reached, with its frame and the functions that it calls.
+    /// Every reachable function, with its frame in bytes and the functions that it calls.
     fn reached_from(&self, entry: u64) -> Result<BTreeMap<u64, (u64, BTreeSet<u64>)>, StackError> {
         let mut codes = BTreeMap::new();
         let pointers = self.constants.iter().filter_map(|word| self.pointed(*word));

@@ -1,20 +1,20 @@
-//! What the decoders of instruction sets find.
+//! The result of decoding a function, for every instruction set.
 
 use std::collections::BTreeSet;
 
-/// What the code of a function says.
+/// What the decoder found in a function's code.
 #[derive(Debug, Default)]
 pub(super) struct Code {
-    /// Bytes that it takes from the stack pointer.
+    /// The number of bytes that it takes from the stack pointer.
     pub(super) frame: u64,
-    /// What it calls.
+    /// The addresses that it calls.
     pub(super) calls: BTreeSet<u64>,
-    /// Where it jumps to, itself mostly.
+    /// The addresses that it jumps to. Most are its own.
     pub(super) jumps: BTreeSet<u64>,
-    /// Addresses that it forms, some of them of functions.
+    /// The addresses that it forms. Some are addresses of functions.
     pub(super) addresses: BTreeSet<u64>,
-    /// Whether it calls or jumps to an address in a register, other than that to return to.
+    /// Whether it calls or jumps to an address in a register. The return address does not count.
     pub(super) through_pointer: bool,
-    /// The first instruction that moves the stack pointer by an unknown amount.
+    /// The address of the first instruction that moves the stack pointer by an unknown amount.
     pub(super) dynamic: Option<u64>,
 }

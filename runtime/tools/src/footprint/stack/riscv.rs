@@ -1,15 +1,16 @@
-//! Instructions of 32-bit RISC-V with compressed ones that take stack or leave a function (ISA manual, chapters on RV32I
-//! and C).
+//! Decodes the 32-bit RISC-V instructions that take stack or leave a function, including compressed ones. See the ISA
+//! manual, chapters on RV32I and C.
 
 use super::code::Code;
 
 const RA: u32 = 1;
 const SP: u32 = 2;
 
-/// Looks at a function's code; with `switches` it jumps to places of its own that constant data names.
+/// Decodes a function's code. `switches` means that constant data holds addresses within the function. Its jumps
+/// through a register then lead to these addresses.
 pub(super) fn decode(start: u64, bytes: &[u8], switches: bool) -> Code {
     let mut code = Code::default();
-    // The upper parts of addresses, where they were formed last.
+    // The last upper part of an address formed in each register.
     let mut upper = [0u32; 32];
     let mut before = None;
     let (halves, _) = bytes.as_chunks::<2>();
@@ -46,16 +47,16 @@ pub(super) fn decode(start: u64, bytes: &[u8], switches: bool) -> Code {
                     | (i & 0xff000 | (i >> 20 & 1) << 11 | (i >> 21 & 0x3ff) << 1) as i32;
                 leave(&mut code, d, at.wrapping_add_signed(offset));
             }
-            // jalr: to an address formed just before, to return, of a switch, or through a pointer.
+            // jalr: to an address formed just before, to the return address, in a switch, or through a pointer.
             0x67 if before == Some(s) => {
                 let target = upper[s as usize].wrapping_add_signed(immediate);
                 leave(&mut code, d, target);
             }
             0x67 if d == 0 && (s == RA || switches) => {}
             0x67 => code.through_pointer = true,
-            // Whatever else has a result, loads, arithmetic and counters, may not have it in the stack pointer.
+            // Other instructions with a result (loads, arithmetic, counters) must not write the stack pointer.
             0x03 | 0x13 | 0x33 | 0x73 if d == SP => {
-                // At its end a function may restore it from its frame pointer.
+                // A function may restore the stack pointer from its frame pointer at its end.
                 let restores = i & 0x7f == 0x13 && s == 8;
                 code.dynamic = code.dynamic.or((!restores).then_some(u64::from(at)));
             }
@@ -66,7 +67,7 @@ pub(super) fn decode(start: u64, bytes: &[u8], switches: bool) -> Code {
     code
 }
 
-/// Takes in a call, if an address to return to is kept, or a jump.
+/// Records a call if the instruction keeps a return address, else a jump.
 fn leave(code: &mut Code, link: u32, target: u32) {
     let place = if link == 0 {
         &mut code.jumps
@@ -76,10 +77,10 @@ fn leave(code: &mut Code, link: u32, target: u32) {
     place.insert(u64::from(target));
 }
 
-/// A compressed instruction that takes stack or leaves a function as the full one that it stands for, else 0.
+/// The full instruction for a compressed one that takes stack or leaves a function. 0 for any other instruction.
 const fn expanded(c: u32) -> u32 {
     let d = c >> 7 & 31;
-    // Bits 12 and 6:2, as most immediates have them.
+    // Most immediates use bits 12 and 6:2.
     let six = ((c >> 12 & 1) << 5 | c >> 2 & 31) << 26;
     let six = six as i32 >> 26;
     match (c & 3, c >> 13) {
@@ -114,7 +115,7 @@ const fn expanded(c: u32) -> u32 {
     }
 }
 
-/// The register that a jump keeps the address to return to in.
+/// The register field for the return address: `ra` for a call, 0 for a jump.
 const fn returning(calls: bool) -> u32 {
     if calls { RA << 7 } else { 0 }
 }
@@ -129,7 +130,7 @@ mod tests {
 
     use super::*;
 
-    /// Encodings of LLVM's assembler.
+    /// The encodings come from LLVM's assembler.
     #[test]
     fn instructions_that_take_stack_or_leave_are_known() {
         let bytes = [

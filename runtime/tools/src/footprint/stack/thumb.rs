@@ -1,13 +1,14 @@
-//! Instructions of ARM's Thumb-2 that take stack or leave a function (Armv7-M Architecture Reference Manual, A7.7).
+//! Decodes the Thumb-2 instructions that take stack or leave a function. See the Armv7-M Architecture Reference Manual,
+//! A7.7.
 
 use super::code::Code;
 
 const SP: u32 = 13;
 const PC: u32 = 15;
-/// The frame pointer, from which a function may restore the stack pointer at its end.
+/// The frame pointer. A function may restore the stack pointer from it at its end.
 const FP: u32 = 7;
 
-/// Looks at a function's code; `is_data` tells which addresses hold constants.
+/// Decodes a function's code. `is_data` tells which addresses hold constants.
 pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) -> Code {
     let mut code = Code::default();
     let mut low_halves = [0; 16];
@@ -18,7 +19,7 @@ pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) ->
         let at = start + 2 * k as u64;
         let (first, second) = (half(k), half(k + 1));
         if is_data(at) {
-            // A constant beside the code may be an address.
+            // A constant within the code may be an address.
             if at.is_multiple_of(4) {
                 code.addresses.insert(u64::from(second << 16 | first));
             }
@@ -40,18 +41,18 @@ pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) ->
     code
 }
 
-/// An instruction of 16 bits: bytes that it takes from the stack, none if that is unknown.
+/// The bytes that a 16-bit instruction takes from the stack. `None` if the amount is unknown.
 fn narrow(code: &mut Code, at: u64, i: u32) -> Option<u32> {
     let register = i >> 3 & 15;
     match i {
         // push; sub sp.
         _ if i & 0xfe00 == 0xb400 => return Some(4 * (i & 0x1ff).count_ones()),
         _ if i & 0xff80 == 0xb080 => return Some(4 * (i & 0x7f)),
-        // blx; bx, but not to the return address; mov pc; add pc.
+        // blx; bx, except to the return address; mov pc; add pc.
         _ if i & 0xff87 == 0x4780 => code.through_pointer = true,
         _ if i & 0xff87 == 0x4700 => code.through_pointer |= register != 14,
         _ if matches!(i & 0xff87, 0x4687 | 0x4487) => code.through_pointer = true,
-        // mov sp, but from the frame pointer; add sp of a register.
+        // mov sp, except from the frame pointer; add sp with a register.
         _ if i & 0xff87 == 0x4685 => return (register == FP).then_some(0),
         _ if i & 0xff87 == 0x4485 => return None,
         // b, with and without condition.
@@ -62,7 +63,7 @@ fn narrow(code: &mut Code, at: u64, i: u32) -> Option<u32> {
     Some(0)
 }
 
-/// As [`narrow`], of 32 bits.
+/// Like [`narrow`], for a 32-bit instruction.
 fn wide(code: &mut Code, low: &mut [u32; 16], at: u64, i: u32, j: u32) -> Option<u32> {
     let (n, t, d) = (i & 15, j >> 12, j >> 8 & 15);
     let immediate = (i >> 10 & 1) << 11 | (j >> 12 & 7) << 8 | j & 0xff;
@@ -72,7 +73,7 @@ fn wide(code: &mut Code, low: &mut [u32; 16], at: u64, i: u32, j: u32) -> Option
         _ if i & 0xffbf == 0xed2d => return Some(4 * (j & 0xff)),
         0xe96d => return Some(4 * (j & 0xff)),
         0xf84d if j & 0xf00 == 0xd00 => return Some(j & 0xff),
-        // ldr pc and ldm with pc, but to return.
+        // ldr pc and ldm with pc, except to return.
         _ if i & 0xff70 == 0xf850 && t == PC => {
             code.through_pointer |= !(n == SP && j & 0xf00 == 0xb00);
         }
@@ -103,7 +104,8 @@ fn wide(code: &mut Code, low: &mut [u32; 16], at: u64, i: u32, j: u32) -> Option
             let offset = sign << 20 | j2 << 19 | j1 << 18 | (i & 0x3f) << 12 | (j & 0x7ff) << 1;
             jump(code, at, signed(offset, 21));
         }
-        // Arithmetic whose result is the stack pointer: less by a constant, more by one, or the frame pointer less one.
+        // Arithmetic that writes the stack pointer. Allowed are: subtract a constant, add a constant, or subtract a
+        // constant from the frame pointer.
         _ if i & 0xf800 == 0xf000 && j >> 15 == 0 && d == SP => {
             return match (i & 0xfbf0, n) {
                 (0xf1a0, SP) => Some(expanded(immediate)),
@@ -127,7 +129,7 @@ const fn signed(value: u32, bits: u32) -> i64 {
     ((value << (32 - bits)) as i32 >> (32 - bits)) as i64
 }
 
-/// A constant as instructions encode it (A5.3.2).
+/// The value of a constant that an instruction encodes (A5.3.2).
 const fn expanded(immediate: u32) -> u32 {
     let byte = immediate & 0xff;
     match immediate >> 8 {
@@ -150,7 +152,7 @@ mod tests {
         decode(0x8000, &bytes, |_| false)
     }
 
-    /// Encodings of GNU as.
+    /// The encodings come from GNU as.
     #[test]
     fn instructions_that_take_stack_or_leave_are_known() {
         let code = code(&[
