@@ -1,4 +1,4 @@
-//! Code that the firmware examples share. It runs on boards and on hosts. It needs no heap, and only `sim` needs `std`.
+//! Code that the firmware examples share. It runs on boards and on hosts. Only `sim` needs `std` and a heap.
 //!
 //! - [`trial`]: the body of the bit-exactness test. Every machine runs the same code.
 //! - [`pack`]: several policies in one block of memory, for the test that runs them all.

@@ -32,8 +32,8 @@ pub struct CSource {
     pub source: String,
 }
 
-/// Returns the policy as C code. The code uses no heap, and is valid C99 and C++17. The names of its types and functions
-/// begin with `name`.
+/// Returns the policy as C code. The code uses no heap, and is valid C99 and C++17. The names of its types and
+/// functions begin with `name`.
 ///
 /// The code calls only the functions `tpg_math_*` of the runtime's C library. It needs them only for arc functions,
 /// powers, exponentials, logarithms and the hyperbolic tangent. The first lines of the files name `command` as their

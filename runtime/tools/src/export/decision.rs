@@ -1,37 +1,37 @@
-//! The walk over the teams of a decision, whatever the language.
+//! Writes the statements of a decision, team by team, independent of the language.
 
 use tpg_runtime::tables::{Target, TeamId};
 
 use super::plan::{Function, Member, Plan, TeamPlan};
 
-/// A program's part in its team's decision.
+/// A program as it takes part in its team's decision.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bidder {
     pub(super) program: u16,
     pub(super) function: Function,
-    /// Instructions that running it counts as.
+    /// The number of instructions that one run counts as.
     pub(super) instructions: u16,
-    /// Another team of the decision may have run it before.
+    /// Whether another team of the same decision may already have run it.
     pub(super) cached: bool,
-    /// It gives values of a continuous action.
+    /// Whether it gives values of a continuous action.
     pub(super) acts: bool,
-    /// The output that it gives, where each has programs of its own.
+    /// The output that it gives, if each output has its own programs.
     pub(super) own_output: Option<u16>,
 }
 
 /// How a language writes the decision.
 pub(super) trait WriteDecision {
-    /// Spaces before the statements of a team.
+    /// The number of spaces before a team's statements.
     const INDENT: usize;
-    /// Before a team's statements.
+    /// The text before a team's statements.
     fn open_team(&self, team: u16) -> String;
-    /// The condition that a team was not visited, and what opens its block.
+    /// The condition that a team was not visited, and the start of its block.
     fn unless_visited(&self, team: u16) -> String;
-    /// Runs a program and counts its instructions if `count`; a cached one is run once.
+    /// Runs a program, and counts its instructions if `count` is set. A cached program runs only once.
     fn run(&self, bidder: &Bidder, count: bool) -> Vec<String>;
     /// Compares a program's bid with the best so far.
     fn compare(&self, bidder: &Bidder) -> Vec<String>;
-    /// Goes on to the next team: pairs of winner and team.
+    /// Continues with the next team. `next` holds pairs of winner and team.
     fn close_team(&self, next: &[(u16, u16)]) -> String;
 }
 

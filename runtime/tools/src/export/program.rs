@@ -41,7 +41,8 @@ pub(super) enum Value {
     Constants(Vec<f32>),
     /// The value of another variable.
     Copy(Variable),
-    /// The result of the instruction's operation. If the operation also reads its destination, that is the first argument.
+    /// The result of the instruction's operation. If the operation reads its destination too, that is the first
+    /// argument.
     Result(Vec<Variable>),
 }
 
@@ -85,7 +86,8 @@ pub(super) fn write_function(
     out.push_str(&language.end(function, outputs.map(Iterator::collect)));
 }
 
-/// The instruction with its operands resolved. `None` if it has no effect, such as a write to memory that is never read.
+/// The instruction with its operands resolved. `None` if it has no effect, such as a write to memory that nothing
+/// reads.
 fn statement(plan: &Plan<'_>, function: Function, i: &Instruction) -> Option<Statement> {
     let (op, program) = (i.op, plan.program(function.program));
     let [a, b] = op.operands();

@@ -1,8 +1,8 @@
-//! What resets do, whatever the language.
+//! What resets do, independent of the language.
 
 use super::plan::Plan;
 
-/// A part of the state that a reset makes new.
+/// A part of the state that a reset sets to its initial value.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Part {
     /// Registers of a program.
@@ -17,7 +17,7 @@ pub(super) enum Part {
     CellStream,
 }
 
-/// The resets at which parts are made new.
+/// The resets that affect a part of the state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum When {
     Always,
@@ -37,7 +37,7 @@ impl When {
     }
 }
 
-/// Parts of the state that are made new together.
+/// Parts of the state that are reset together.
 #[derive(Debug)]
 pub(super) struct Reset {
     pub(super) when: When,
@@ -45,7 +45,7 @@ pub(super) struct Reset {
 }
 
 impl Plan<'_> {
-    /// The reset of memory, which comes first, and that of registers and random streams.
+    /// The reset of memory, then the reset of registers and random streams. They run in this order.
     pub(super) fn resets(&self) -> [Reset; 2] {
         let scope = self.policy.header().reset_scope;
         let (agent, episode) = (scope.at_agent(), scope.at_episode());

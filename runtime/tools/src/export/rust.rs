@@ -112,7 +112,7 @@ pub struct Decision {
 }
 ";
 
-/// What reads vectors and matrices of the observation, and what works row by row.
+/// Functions that read vectors and matrices of the observation, and functions that work row by row.
 const HELPERS: &str = "
 #[inline(always)]
 fn vector(x: &Window, at: usize) -> Vector {

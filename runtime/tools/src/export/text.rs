@@ -7,7 +7,7 @@ use tpg_runtime::tables::{Section, Target, TeamId};
 
 use super::plan::{Function, Plan};
 
-/// Letters of the kinds of registers and slots, as disassembly has them.
+/// The letter for a kind of register or slot. The disassembly uses the same letters.
 pub(super) const fn letter(section: Section) -> char {
     match section {
         Section::Scalar => 's',
@@ -29,7 +29,7 @@ pub(super) fn identifier(op: Op) -> String {
     op.mnemonic().replace('-', "_")
 }
 
-/// Lines that say what the module is and what made it, without comment signs.
+/// Lines that tell what the module is and what created it. They have no comment signs.
 pub(super) fn preamble(plan: &Plan<'_>, command: &str) -> Vec<String> {
     let (header, tables) = (plan.policy.header(), plan.policy.tables());
     let provenance = header
@@ -71,7 +71,7 @@ pub(super) fn preamble(plan: &Plan<'_>, command: &str) -> Vec<String> {
     lines
 }
 
-/// Where a program leads, in words.
+/// A program's target, in words.
 pub(super) fn target(plan: &Plan<'_>, program: u16) -> String {
     match plan.program(program).target {
         Target::Team(TeamId(team)) => format!("team {team}"),

@@ -1,4 +1,4 @@
-//! Initial values: of registers, slots, cells and front ends.
+//! Initial values of registers, slots, cells and front ends.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use tpg_runtime::tables::{Program, Section, Team};
 use super::plan::Plan;
 use tpg_runtime::registers::Location;
 
-/// A register with the value that a reset gives it.
+/// A register with its value after a reset.
 #[derive(Debug, Clone)]
 pub(super) struct Register {
     pub(super) section: Section,
@@ -20,7 +20,7 @@ pub(super) struct Register {
     pub(super) read: bool,
 }
 
-/// A slot of a team's memory with the value that a reset gives it.
+/// A slot of a team's memory with its value after a reset.
 #[derive(Debug, Clone)]
 pub(super) struct Slot {
     pub(super) section: Section,
@@ -28,7 +28,7 @@ pub(super) struct Slot {
     pub(super) values: Vec<f32>,
 }
 
-/// A piece of the memory that programs share.
+/// A part of the memory that programs share.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Shared {
     Slot {
@@ -48,7 +48,7 @@ impl Plan<'_> {
         columns.iter().map(|c| u16::from_le_bytes(*c)).collect()
     }
 
-    /// Initial values of `len` words of which the constants begin at `start`.
+    /// The initial values of `len` words. Their constants begin at `start` in the table.
     fn initial(&self, start: u32, len: usize) -> Vec<f32> {
         let constants = self.policy.tables().constants.iter().skip(start as usize);
         let values = constants.map(|x| f32::from_le_bytes(*x));
@@ -78,15 +78,15 @@ impl Plan<'_> {
         out
     }
 
-    /// As [`Plan::registers`], without those that nothing writes or reads.
+    /// Like [`Plan::registers`], without the registers that nothing writes or reads.
     pub(super) fn mentioned(&self, number: u16) -> Vec<Register> {
         let mut registers = self.registers(number);
         registers.retain(|register| register.written || register.read);
         registers
     }
 
-    /// The registers that a program's instructions write, and those that they or the end of the program read: section and
-    /// number.
+    /// The registers that a program writes, then those that it reads, each as section and number. The end of the
+    /// program counts as a read.
     fn written_and_read(&self, number: u16) -> [BTreeSet<(u8, usize)>; 2] {
         let program = self.program(number);
         let register = |at: u16| match self.locate(program, at) {
@@ -95,7 +95,7 @@ impl Plan<'_> {
             Location::Vector(k, _) => Some((Section::Vector as u8, k)),
             Location::Matrix(k, _) => Some((Section::Matrix as u8, k)),
         };
-        // A program bids with its first scalar register.
+        // The bid is the first scalar register, so the program's end reads it.
         let mut read = BTreeSet::from([(Section::Scalar as u8, 0)]);
         let mut written = BTreeSet::new();
         if self.acts(number) {
@@ -161,7 +161,7 @@ impl Plan<'_> {
         out
     }
 
-    /// The values that a reset gives the kept cells.
+    /// The values of the kept cells after a reset.
     pub(super) fn cell_values(&self) -> Vec<f32> {
         let memory = self.policy.tables().memory;
         if memory.is_empty() {
@@ -170,7 +170,7 @@ impl Plan<'_> {
         floats(&memory[memory.len() - self.cells.len()..])
     }
 
-    /// The memory that programs share in state order, with the words of each piece.
+    /// The parts of the shared memory in state order, each with its number of words.
     pub(super) fn shared(&self) -> Vec<(Shared, usize)> {
         let mut shared = Vec::new();
         for (team, record) in self.remembering() {
@@ -200,7 +200,7 @@ impl Plan<'_> {
         self.policy.header().registers_start() + registers.sum::<usize>()
     }
 
-    /// Words of shared memory.
+    /// The number of words of shared memory.
     pub(super) fn memory_words(&self) -> usize {
         self.policy.header().words as usize - self.memory_start()
     }
@@ -212,7 +212,7 @@ pub(super) fn sections(team: &Team) -> impl Iterator<Item = Section> + use<'_> {
     Section::ALL.into_iter().filter(kept)
 }
 
-/// Numbers of a table.
+/// The numbers in a table.
 pub(super) fn floats(words: &[[u8; 4]]) -> Vec<f32> {
     words.iter().map(|w| f32::from_le_bytes(*w)).collect()
 }

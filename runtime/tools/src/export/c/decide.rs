@@ -1,4 +1,4 @@
-//! The walk over teams in C.
+//! Writes a decision in C.
 
 use std::fmt::{self, Write as _};
 

@@ -12,7 +12,7 @@ use super::perception::write_fields;
 use super::program::C;
 use super::text::{comment, signature};
 
-/// What a caller has to know, beside names and units.
+/// What a caller has to know, apart from names and units.
 fn contract(plan: &Plan<'_>) -> Vec<String> {
     let mut lines = vec![
         String::new(),
@@ -32,7 +32,7 @@ fn contract(plan: &Plan<'_>) -> Vec<String> {
     lines
 }
 
-/// Bytes of the state's structure, where 64-bit numbers are aligned to 8 bytes at most.
+/// The size of the state's structure in bytes, on machines that align 64-bit numbers to at most 8 bytes.
 fn state_bytes(c: &C<'_, '_>) -> usize {
     let plan = c.plan;
     let mut bytes = 0;

@@ -1,6 +1,6 @@
-//! The functions of a C module that are used, and no others.
+//! Selects the library functions that a C module uses.
 
-/// A function of a module with what belongs to it.
+/// A function of a module, with the comment before it.
 #[derive(Debug, Clone)]
 pub(super) struct Snippet {
     name: String,
@@ -8,7 +8,7 @@ pub(super) struct Snippet {
 }
 
 impl Snippet {
-    /// A function, its name found in its text: a comment may stand before it.
+    /// Creates a function and finds its name in its text. A comment may come before the function.
     pub(super) fn new(text: String) -> Self {
         let start = text.find("static ").unwrap_or(0);
         let head = text[start..].split('(').next().unwrap_or_default();
@@ -26,7 +26,7 @@ impl Snippet {
     }
 }
 
-/// Those functions of `library` that `body` needs, with an empty line before each; functions call only earlier ones.
+/// The functions of `library` that `body` needs, with an empty line before each. Functions call only earlier ones.
 pub(super) fn used(library: Vec<Snippet>, body: &str) -> String {
     let mut kept: Vec<String> = Vec::new();
     for snippet in library.into_iter().rev() {

@@ -76,7 +76,7 @@ fn write_cells(plan: &Plan<'_>, name: &str) -> Snippet {
     ))
 }
 
-/// What a reset of registers or of memory does.
+/// The functions that reset the registers and the memory.
 pub(super) fn reset_functions(c: &C<'_, '_>) -> Vec<Snippet> {
     let (plan, name) = (c.plan, c.prefix);
     let [memory, registers] = plan.resets();
@@ -101,7 +101,7 @@ pub(super) fn reset_functions(c: &C<'_, '_>) -> Vec<Snippet> {
         .collect()
 }
 
-/// The statements that make a part of the state new.
+/// The statements that reset a part of the state.
 fn renew(c: &C<'_, '_>, part: Part) -> String {
     let (plan, name) = (c.plan, c.prefix);
     match part {
@@ -163,7 +163,7 @@ fn assign(variable: &str, scalar: bool, values: &[f32]) -> String {
     )
 }
 
-/// The functions that callers reset a policy with.
+/// Writes the functions that callers use to reset a policy.
 pub(super) fn write_resets(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
     let (plan, name) = (c.plan, c.prefix);
     let upper = name.to_uppercase();
@@ -205,7 +205,7 @@ pub(super) fn write_resets(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
     )
 }
 
-/// The functions that copy the memory that programs share out and in.
+/// Writes the functions that read and overwrite the shared memory.
 pub(super) fn write_memory_access(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
     let (plan, name) = (c.plan, c.prefix);
     let upper = name.to_uppercase();

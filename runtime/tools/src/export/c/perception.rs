@@ -10,7 +10,7 @@ use super::super::values::floats;
 use super::library::Snippet;
 use super::program::{list, number_text};
 
-/// Fields of the policy's structure.
+/// Writes the front end's fields in the policy's structure.
 pub(super) fn write_fields(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     if plan.policy.front_end().is_none() {
         return Ok(());
@@ -23,7 +23,7 @@ pub(super) fn write_fields(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     )
 }
 
-/// Statements that empty those fields.
+/// Writes the statements that reset these fields.
 pub(super) fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     if plan.policy.front_end().is_none() {
         return Ok(());
@@ -83,7 +83,7 @@ fn write_perceive(
             "    for (int k = 0; k < {n}; k++) self->perceived[k] = 0.0f;"
         )?,
         Fallback::Model => write_belief(out, plan, front_end)?,
-        // The exporter knows every fallback of the runtime that it is built with.
+        // The exporter handles every fallback of the runtime that it is built with.
         _ => return Err(fmt::Error),
     }
     writeln!(

@@ -23,7 +23,7 @@ pub(super) fn external(op: Op) -> Option<String> {
     outside.then(|| format!("tpg_math_{classic}{}", op.function()))
 }
 
-/// Operations of this cost or more are transcendental functions.
+/// Operations with at least this unit cost are transcendental functions.
 const TRANSCENDENTAL: u8 = 24;
 
 /// The declaration of the library's function for an operation.
@@ -37,11 +37,11 @@ pub(super) fn declaration(op: Op) -> Option<String> {
     external(op).map(|function| format!("extern float {function}({parameters});"))
 }
 
-/// C for a plan; types begin with `prefix`.
+/// Writes the programs of a plan in C. Type names begin with `prefix`.
 pub(super) struct C<'a, 'p> {
     pub(super) plan: &'a Plan<'p>,
     pub(super) prefix: &'a str,
-    /// The registers that outlive a decision, by program.
+    /// The registers that last between decisions, by program.
     kept: BTreeMap<u16, Vec<Register>>,
 }
 
@@ -50,7 +50,7 @@ impl<'a, 'p> C<'a, 'p> {
         let mut kept = BTreeMap::new();
         for program in plan.stateful_programs() {
             let mut registers = plan.registers(program);
-            // What is never written is a constant, and what is never read need not be kept.
+            // A register that is never written is a constant. One that is never read need not be kept.
             registers.retain(|register| register.written && register.read);
             if !registers.is_empty() {
                 kept.insert(program, registers);
@@ -69,7 +69,7 @@ impl<'a, 'p> C<'a, 'p> {
         kept.any(|register| register.section == section && register.number == number)
     }
 
-    /// What a team passes to the function.
+    /// The arguments that a team passes to the function.
     pub(super) fn arguments(&self, function: Function) -> Vec<String> {
         let mut arguments = vec!["x".to_owned()];
         if self.kept.contains_key(&function.program) {
@@ -87,7 +87,7 @@ impl<'a, 'p> C<'a, 'p> {
         arguments
     }
 
-    /// A register of more than one word: one that is kept stays where it is.
+    /// A register of more than one word. A kept register is used in place.
     fn whole(&self, program: u16, section: Section, number: usize) -> String {
         let kept = self.keeps(program, section, number);
         let owner = if kept { "r->" } else { "" };
@@ -248,7 +248,7 @@ impl WriteProgram for C<'_, '_> {
     }
 }
 
-/// A float in hexadecimal notation, which every compiler reads back as the same bits.
+/// A float in hexadecimal notation. Every compiler reads it back as the same bits.
 pub(super) fn number_text(x: f32) -> String {
     let bits = x.to_bits();
     let sign = if bits >> 31 == 1 { "-" } else { "" };
@@ -272,7 +272,7 @@ pub(super) fn list(values: &[f32]) -> String {
 pub(super) fn helper(op: Op) -> Option<String> {
     let name = identifier(op);
     let [a, b] = op.operands();
-    // Functions of the whole operands are written by hand; scalar ones too.
+    // Functions of whole operands and scalar functions are written by hand elsewhere.
     let size = match (op.destination(), a) {
         (Destination::M, _) | (Destination::S, Operand::M) => "W * W",
         _ => "W",

@@ -3,7 +3,7 @@
 use super::super::plan::Plan;
 use super::super::text::preamble;
 
-/// The comment that both files begin with.
+/// The comment at the start of both files.
 pub(super) fn comment(plan: &Plan<'_>, command: &str, more: &[String]) -> String {
     let lines = preamble(plan, command);
     let mut text = String::new();

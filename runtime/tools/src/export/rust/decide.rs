@@ -1,4 +1,4 @@
-//! The walk over teams in Rust.
+//! Writes a decision in Rust.
 
 use std::fmt::{self, Write as _};
 
@@ -19,7 +19,7 @@ const CYCLIC_WINDOW: &str = "        let (first, rest) = x.split_at_mut(INPUTS);
         }
 ";
 
-/// Lets the front end stand between observation and window.
+/// Passes the observation through the front end before it reaches the window.
 const PERCEIVE: &str = "        let perceived = self.perception.perceive(observation);
         let observation = &self.perception.x;
 ";
@@ -99,7 +99,7 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         let mut arms: Vec<String> = actions
             .map(|(program, action)| format!("{program} => {action}"))
             .collect();
-        // In the order of their texts, as modules that were exported earlier have them.
+        // Sort by text, to keep the order of modules exported earlier.
         arms.sort_unstable();
         arms.push("_ => 0".to_owned());
         format!("match winner {{ {} }}", arms.join(", "))

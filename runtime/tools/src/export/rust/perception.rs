@@ -8,7 +8,7 @@ use super::super::plan::Plan;
 use super::super::values::floats;
 use super::program::list;
 
-/// The tables of a front end, and what it perceived last.
+/// Writes the tables of a front end, and the type that holds what it perceived last.
 pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     let Some(front_end) = plan.policy.front_end() else {
         return Ok(());
@@ -92,7 +92,7 @@ fn write_blank(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> f
             out.push_str(ADD);
             Ok(())
         }
-        // The exporter knows every fallback of the runtime that it is built with.
+        // The exporter handles every fallback of the runtime that it is built with.
         _ => Err(fmt::Error),
     }
 }

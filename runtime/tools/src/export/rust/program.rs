@@ -11,7 +11,7 @@ use super::super::text::{function_name, identifier, letter, target};
 use super::super::values::Register;
 use tpg_runtime::registers::Location;
 
-/// Rust for a plan.
+/// Writes the programs of a plan in Rust.
 pub(super) struct Rust<'a, 'p>(pub(super) &'a Plan<'p>);
 
 impl WriteProgram for Rust<'_, '_> {
@@ -118,7 +118,7 @@ impl WriteProgram for Rust<'_, '_> {
     }
 }
 
-/// What a team passes to the function.
+/// The arguments that a team passes to the function.
 pub(super) fn arguments(plan: &Plan<'_>, function: Function) -> Vec<String> {
     let mut arguments = vec!["x".to_owned()];
     if plan.stateful {
@@ -158,7 +158,7 @@ pub(super) fn literal(plan: &Plan<'_>, section: Section, values: &[f32]) -> Stri
     }
 }
 
-/// A register of more than one word: those of stateful programs stay where they are.
+/// A register of more than one word. A stateful program's register is used in place.
 fn whole(plan: &Plan<'_>, letter: char, number: usize) -> String {
     let owner = if plan.stateful { "r." } else { "" };
     format!("{owner}{letter}{number}")

@@ -1,4 +1,4 @@
-//! Everything that outlives a decision, in Rust: registers, shared memory, random streams.
+//! Writes the state that lasts between decisions, in Rust: registers, shared memory and random streams.
 
 use std::fmt::{self, Write as _};
 
@@ -19,7 +19,7 @@ fn kind(section: Section) -> &'static str {
     }
 }
 
-/// The types of everything that outlives a decision.
+/// Writes the types of the state that lasts between decisions.
 pub(super) fn write_state(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     for program in plan.stateful_programs() {
         writeln!(
@@ -265,7 +265,7 @@ fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     writeln!(out, "    }}")
 }
 
-/// The statements that make a part of the state new.
+/// The statements that reset a part of the state.
 fn renew(part: Part) -> String {
     match part {
         Part::Registers(program) => {
@@ -278,7 +278,8 @@ fn renew(part: Part) -> String {
     }
 }
 
-/// Copies of the shared memory in state order, for comparisons and for scopes in which it outlives the agent.
+/// Writes functions that copy the shared memory in state order. Comparisons need them. So do reset scopes in which the
+/// memory lasts longer than the agent.
 fn write_memory_access(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     let expressions = |(shared, _): (Shared, usize)| match shared {
         Shared::Cells => (
