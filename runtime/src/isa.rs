@@ -5,19 +5,19 @@
 
 use crate::hash::fnv1a_32;
 
-/// Number of registers of each kind in a program (thesis Table 3.2).
+/// Most registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
-/// Slots of each section of a team's shared memory (thesis §3.4.2).
+/// Number of slots in each section of a team's shared memory (thesis §3.4.2).
 pub const SLOTS: usize = 8;
-/// Rows of the indexed memory of the classic set (thesis §2.4.3, as in PyTPG).
+/// Number of rows of the classic set's indexed memory (thesis §2.4.3, as in PyTPG).
 pub const INDEXED_ROWS: usize = 100;
-/// Cells of the indexed memory: [`INDEXED_ROWS`] rows of one column for each register.
+/// Number of cells of indexed memory. Each of the [`INDEXED_ROWS`] rows has a column for each register.
 pub const INDEXED_CELLS: usize = INDEXED_ROWS * REGISTERS;
 
-/// The name of a cell of indexed memory: `cell[row,column]`.
+/// Prints the name of a cell of indexed memory: `cell[row,column]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CellName(
-    /// Number of the cell, row by row; below [`INDEXED_CELLS`].
+    /// Number of the cell, counted row by row, below [`INDEXED_CELLS`].
     pub u16,
 );
 
@@ -28,7 +28,9 @@ impl core::fmt::Display for CellName {
     }
 }
 
-/// A kind of register, and the section of a team's shared memory that holds values of this kind (thesis §3.4.2).
+/// A kind of value: scalar, vector or matrix.
+///
+/// Registers have a kind, and a team's shared memory has a section for each kind (thesis §3.4.2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Section {
@@ -41,10 +43,10 @@ pub enum Section {
 }
 
 impl Section {
-    /// The three kinds, in the order in which they lie in the state.
+    /// The three kinds, in the order of the state words.
     pub const ALL: [Section; 3] = [Section::Scalar, Section::Vector, Section::Matrix];
 
-    /// State words of one register or slot at vector width `width`.
+    /// Number of state words of one register or slot at vector width `width`.
     #[must_use]
     pub const fn slot_words(self, width: usize) -> usize {
         match self {
@@ -55,25 +57,25 @@ impl Section {
     }
 }
 
-/// What an instruction writes.
+/// The kind of register that an instruction writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Destination {
-    /// Nothing in the program's registers.
+    /// No register of the program.
     None,
-    /// A scalar register, overwritten.
+    /// A scalar register. Its old value is lost.
     S,
-    /// A scalar register whose old value is read too.
+    /// A scalar register. Its old value is an operand too.
     SUpdate,
-    /// A vector register, overwritten.
+    /// A vector register. Its old value is lost.
     V,
-    /// A matrix register, overwritten.
+    /// A matrix register. Its old value is lost.
     M,
 }
 
 /// What an instruction reads through one of its two operand fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operand {
-    /// Unused, stored as zero.
+    /// Nothing. The field is stored as zero.
     None,
     /// A scalar register or one element of the observation.
     S,
@@ -93,15 +95,15 @@ pub enum Operand {
     VectorSlot,
     /// A slot of the matrix section of team memory.
     MatrixSlot,
-    /// Element of the vector that the first operand's slot holds.
+    /// Number of an element in the vector of the first operand's slot.
     VectorIndex,
-    /// Element (row-major) of the matrix that the first operand's slot holds.
+    /// Number of an element, counted row by row, in the matrix of the first operand's slot.
     MatrixIndex,
-    /// A cell of indexed memory, row-major.
+    /// A cell of indexed memory, counted row by row.
     Cell,
 }
 
-/// A family of operations that a policy may use or go without.
+/// A family of operations. A policy's header lists the families that it uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 #[non_exhaustive]
@@ -112,11 +114,11 @@ pub enum Group {
     Vector = 2,
     /// Operations on matrices, and from matrices to vectors and scalars.
     Matrix = 4,
-    /// Reloading a register from its evolved constant (absent in SL-NC).
+    /// Copying a register's evolved constants into it. The variant SL-NC has no such operations.
     Constants = 8,
-    /// Team shared memory: probabilistic writes, reads of one scalar (thesis §3.4.2).
+    /// Team shared memory: writes to random slots and reads of one scalar (thesis §3.4.2).
     TeamMemory = 16,
-    /// Reads of a whole vector or matrix from team memory (thesis §3.8), off by default.
+    /// Reads of a whole vector or matrix from team memory (thesis §3.8). Off by default.
     WholeReads = 32,
     /// The ten operations of chapter 2 (thesis §2.5.4), with indexed memory.
     Classic = 64,
@@ -154,7 +156,7 @@ impl Group {
         self as u16
     }
 
-    /// The feature of this crate that a build needs to execute the group.
+    /// The feature of this crate that executes the group.
     #[must_use]
     pub const fn feature(self) -> &'static str {
         match self {
@@ -177,7 +179,7 @@ impl Group {
     }
 }
 
-/// How often an instruction repeats its unit of work, W being the vector width.
+/// How often an instruction repeats its unit of work. W is the vector width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
     /// Once.
@@ -194,8 +196,8 @@ pub enum Extent {
 
 /// The cost class of an operation, in single-precision operations.
 ///
-/// An addition, a multiplication, a comparison or a move counts 1, a division or square root 4, a
-/// transcendental function 24, a random draw 8.
+/// An addition, a multiplication, a comparison or a move counts 1. A division or a square root counts 4, a random draw 8
+/// and a transcendental function 24.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cost {
     /// Weighted operations of one repetition.
@@ -205,7 +207,7 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Weighted operations of one execution at vector width `width` with `cells` kept memory cells.
+    /// Weighted operations of one execution at vector width `width`. The policy keeps `cells` cells of indexed memory.
     #[must_use]
     pub const fn weight(self, width: u16, cells: u16) -> u64 {
         let (w, unit) = (width as u64, self.unit as u64);
@@ -223,23 +225,23 @@ impl Cost {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Form {
-    /// `d = f(a, b)` of scalars; `f(d, a, b)` where the old value of `d` is read.
+    /// `d = f(a, b)` of scalars, or `d = f(d, a, b)` if the operation reads the old value of `d`.
     Scalar,
-    /// As [`Form::Scalar`], with a function of [`crate::math::classic`].
+    /// Like [`Form::Scalar`], with a function of [`crate::math::classic`].
     Classic,
-    /// `f` of each element.
+    /// `f` of each element of the operands.
     Each,
     /// `f` of the scalar `a` and each element of `b`.
     Scale,
     /// Element (r, c) is `f` of element r of `a` and element c of `b`.
     Outer,
-    /// `f` of all elements, as a scalar.
+    /// A scalar: `f` of all elements of `a`.
     Reduce,
     /// Element r is `f` of row r of `a`.
     Rows,
-    /// `f` of the operands as they are, vectors or matrices.
+    /// `f` of whole vectors or matrices.
     Whole,
-    /// The scalar `a` as it is.
+    /// The scalar `a`, unchanged.
     Move,
     /// The scalar `a` in each element.
     Fill,
@@ -247,26 +249,30 @@ pub enum Form {
     FillRows,
     /// The vector `a` in each column.
     FillColumns,
-    /// The register's evolved constants.
+    /// The evolved constants of the register `d`.
     Reload,
-    /// To a random slot of the team's memory.
+    /// Writes `a` to a random slot of the team's memory.
     Write,
-    /// One scalar from a slot of the team's memory.
+    /// Reads one scalar from a slot of the team's memory.
     Read,
-    /// All that a slot of the team's memory holds.
+    /// Reads all values of a slot of the team's memory.
     ReadWhole,
-    /// To random cells of indexed memory.
+    /// Writes the scalar registers to random cells of indexed memory.
     WriteCells,
 }
 
 /// The instruction table: calls the macro `$then` with all rows.
 ///
-/// A row is the code, the name, the mnemonic and the group; what is written and read; the unit of the cost and how often
-/// it counts; the notation; the form and the function of [`crate::math`] that it applies.
+/// A row has these parts, in this order:
+/// - code, name, mnemonic, [`Group`];
+/// - [`Destination`] and two [`Operand`]s;
+/// - unit and [`Extent`] of the [`Cost`];
+/// - notation;
+/// - [`Form`], and the function of [`crate::math`] if the form needs one.
 macro_rules! table {
     ($then:ident) => {
         $then! {
-            // code name mnemonic group: destination <- operands; unit of cost and how often; notation; form and function
+            // code name mnemonic group: destination <- operands; unit and extent of the cost; notation; form and function
             0 Add "add" Scalar: S <- S, S; 1 One; "{d} = {a} + {b}"; Scalar add
             1 Sub "sub" Scalar: S <- S, S; 1 One; "{d} = {a} - {b}"; Scalar sub
             2 Mul "mul" Scalar: S <- S, S; 1 One; "{d} = {a} * {b}"; Scalar mul
@@ -372,10 +378,10 @@ macro_rules! define {
         }
 
         impl Op {
-            /// Every operation, in the order of their codes.
+            /// All operations, in the order of their codes.
             pub const ALL: &'static [Op] = &[$(Op::$name),*];
 
-            /// The operation with this code, if there is one.
+            /// The operation with this code, `None` if there is none.
             #[inline(always)]
             #[must_use]
             pub const fn from_code(code: u8) -> Option<Op> {
@@ -385,13 +391,13 @@ macro_rules! define {
                 }
             }
 
-            /// Short unique name, as used in configuration and disassembly.
+            /// Short unique name, used in configurations and disassembly.
             #[must_use]
             pub const fn mnemonic(self) -> &'static str {
                 match self { $(Op::$name => $mnemonic,)* }
             }
 
-            /// Readable form, with `{d}`, `{a}`, `{b}` where the operands belong.
+            /// Readable form. `{d}`, `{a}` and `{b}` stand for destination and operands.
             #[must_use]
             pub const fn notation(self) -> &'static str {
                 match self { $(Op::$name => $notation,)* }
@@ -415,19 +421,19 @@ macro_rules! define {
                 match self { $(Op::$name => [Operand::$a, Operand::$b],)* }
             }
 
-            /// What one execution costs.
+            /// The cost of one execution.
             #[must_use]
             pub const fn cost(self) -> Cost {
                 match self { $(Op::$name => Cost { unit: $unit, extent: Extent::$extent },)* }
             }
 
-            /// How the operation applies its function of [`crate::math`], for code that is generated from this table.
+            /// How the operation applies its function of [`crate::math`]. Code generators use it.
             #[must_use]
             pub const fn form(self) -> Form {
                 match self { $(Op::$name => Form::$form,)* }
             }
 
-            /// Name of that function; empty where the form needs none.
+            /// Name of that function. It is empty if the form needs none.
             #[must_use]
             pub const fn function(self) -> &'static str {
                 match self { $(Op::$name => concat!($(stringify!($function))?),)* }
@@ -446,7 +452,7 @@ macro_rules! define {
 table!(define);
 
 impl Op {
-    /// The section of team memory that the operation writes or reads, if it does.
+    /// The section of team memory that the operation writes or reads, `None` if it does neither.
     #[must_use]
     pub const fn section(self) -> Option<Section> {
         let [first, _] = self.operands();

@@ -13,10 +13,13 @@ pub struct TeamId(pub u16);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ProgramId(pub u16);
 
-/// Where a winning program leads.
+/// Where a program leads if it wins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// To the plant: the action index of a discrete task, 0 in a continuous one, the output where each has its own programs.
+    /// To an action, which ends the decision.
+    ///
+    /// In a discrete task the number is the index of the action. In a continuous task it is 0. If each output has programs
+    /// of its own, it is the number of the output.
     Atomic(u16),
     /// To another team.
     Team(TeamId),
@@ -51,15 +54,15 @@ pub struct Team {
     pub members_start: u32,
     /// Number of members.
     pub members_len: u16,
-    /// For each section, a bit for each slot that some member reads; the others are not kept.
+    /// For each section a bit for each slot. The bit is set if a member reads the slot. Other slots are not kept.
     pub slots: [u8; 3],
-    /// Names the team's random streams; kept by its clones.
+    /// Selects the team's random streams. Clones of a team have the same key.
     pub stream_key: u32,
-    /// First word of the memory's evolved constants.
+    /// First entry of the memory's start values in the constants table.
     pub constants_start: u32,
     /// First state word of the team's memory: kept scalar slots, then vectors, then matrices.
     pub memory_start: u16,
-    /// First of the team's random streams: one for each section that keeps a slot.
+    /// First of the team's random streams. Each section that keeps a slot has one.
     pub streams_start: u16,
 }
 
@@ -124,7 +127,7 @@ impl Team {
         }
     }
 
-    /// The bits of the slots that `section` keeps.
+    /// The slots that `section` keeps, one bit each.
     #[inline(always)]
     #[must_use]
     pub const fn kept(&self, section: Section) -> u8 {
@@ -136,7 +139,7 @@ impl Team {
         }
     }
 
-    /// State words of the team's memory at vector width `width`.
+    /// Number of state words of the team's memory at vector width `width`.
     #[must_use]
     pub fn memory_words(&self, width: usize) -> usize {
         Section::ALL
@@ -151,7 +154,7 @@ impl Team {
         self.slots.iter().filter(|kept| **kept != 0).count()
     }
 
-    /// First state word of a slot, if the slot is kept.
+    /// First state word of a slot, `None` if the slot is not kept.
     #[cfg_attr(feature = "small-code", inline(never))]
     #[cfg_attr(not(feature = "small-code"), inline)]
     #[must_use]
@@ -173,7 +176,7 @@ impl Team {
         )
     }
 
-    /// The random stream of a section, if the section keeps a slot.
+    /// Number of the random stream of a section, `None` if the section keeps no slot.
     #[inline]
     #[must_use]
     pub fn stream(&self, section: Section) -> Option<usize> {
@@ -196,15 +199,15 @@ pub struct Program {
     pub code_start: u32,
     /// Number of instructions.
     pub code_len: u16,
-    /// Where the program leads when it wins.
+    /// Where the program leads if it wins.
     pub target: Target,
-    /// First word of its evolved constants.
+    /// First entry of its evolved constants in the constants table.
     pub constants_start: u32,
     /// First state word of its registers.
     pub state_start: u16,
-    /// First state word of its continuous action; `state_start` where it has none.
+    /// First state word of its continuous action, `state_start` if it has none.
     pub output: u16,
-    /// Number of scalar, vector and matrix registers kept, at most [`REGISTERS`] each.
+    /// Number of scalar, vector and matrix registers, at most [`REGISTERS`] each.
     pub registers: [u8; 3],
 }
 
@@ -279,7 +282,7 @@ impl Program {
         }
     }
 
-    /// State words of its registers at vector width `width`.
+    /// Number of state words of its registers at vector width `width`.
     #[inline(always)]
     #[must_use]
     pub fn register_words(&self, width: usize) -> usize {
@@ -287,19 +290,21 @@ impl Program {
         s + v * width + m * width * width
     }
 
-    /// Whether the program keeps at most [`REGISTERS`] registers of each kind.
+    /// Whether the program has at most [`REGISTERS`] registers of each kind.
     #[must_use]
     pub fn registers_in_range(&self) -> bool {
         self.registers.iter().all(|n| usize::from(*n) <= REGISTERS)
     }
 }
 
-/// An instruction: operation and three fields, state offsets or slot and element numbers.
+/// An instruction: an operation and three fields.
+///
+/// A field is a state offset or the number of a slot, of an element or of a cell. [`Op`] says which.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instruction {
-    /// What to do.
+    /// The operation.
     pub op: Op,
-    /// State offset of the destination; 0 where there is none.
+    /// State offset of the destination, 0 if there is none.
     pub d: u16,
     /// First operand.
     pub a: u16,
@@ -320,7 +325,7 @@ impl Instruction {
         [self.op as u8, 0, d0, d1, a0, a1, b0, b1]
     }
 
-    /// Reads a stored record; `None` where its code names no operation.
+    /// Reads a stored record. Returns `None` if no operation has its code.
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
@@ -330,10 +335,10 @@ impl Instruction {
         }
     }
 
-    /// The operation of a stored record, if there is one of that code, and its fields `d`, `a` and `b`.
+    /// The operation of a stored record and its fields `d`, `a` and `b`. The operation is `None` if its code is unknown.
     #[inline(always)]
     pub(crate) const fn parts(bytes: &[u8; Self::BYTES]) -> (Option<Op>, [u16; 3]) {
-        // Whole fields: taken byte by byte they cost more than most operations.
+        // Reading the fields byte by byte would cost more than most operations do.
         let (&[[code, _], d, a, b], []) = bytes.as_chunks::<2>() else {
             return (None, [0; 3]);
         };
@@ -353,39 +358,39 @@ pub(crate) type Code<'c> = &'c [[u8; Instruction::BYTES]];
 #[derive(Debug, Clone, Copy, Default)]
 #[non_exhaustive]
 pub struct Tables<'a> {
-    /// Teams; the first is the root.
+    /// Teams. The first one is the root.
     pub teams: &'a [[u8; Team::BYTES]],
-    /// Program numbers, little-endian, that the teams list.
+    /// Program numbers of the teams' members, little-endian.
     pub members: &'a [[u8; 2]],
     /// Programs.
     pub programs: &'a [[u8; Program::BYTES]],
     /// Instructions of all programs.
     pub code: &'a [[u8; Instruction::BYTES]],
-    /// Evolved constants, little-endian f32, of programs and teams.
+    /// Evolved constants of programs and teams, little-endian `f32`.
     pub constants: &'a [[u8; 4]],
-    /// Kept cells of indexed memory, ascending: row · 8 + column, little-endian.
+    /// Numbers of the kept cells of indexed memory (row · 8 + column), ascending, little-endian.
     pub cells: &'a [[u8; 2]],
-    /// Team memory and cells as the champion left them when it was scored; empty where not carried.
+    /// Team memory and cells as they were after the policy was scored, little-endian `f32`. Empty if the file has none.
     pub memory: &'a [[u8; 4]],
-    /// Standardisation and belief; empty where the policy has none.
+    /// The front end's coefficients. Empty if the policy has no front end.
     pub front_end: &'a [u8],
-    /// A line `name<TAB>unit` for each input, then for each output.
+    /// One line `name<TAB>unit` for each input, then one for each output.
     pub labels: &'a str,
-    /// Name of the task that the policy was evolved for, with its version.
+    /// The task that the policy was evolved for, with its version.
     pub task: &'a str,
-    /// Observability wrappers that it was evolved under, joined by `+`.
+    /// The observability wrappers of that task, joined by `+`.
     pub observability: &'a str,
 }
 
 impl<'a> Tables<'a> {
-    /// A team's record.
+    /// The record of a team, `None` if there is no such team.
     #[inline(always)]
     #[must_use]
     pub fn team(&self, team_id: TeamId) -> Option<Team> {
         self.teams.get(usize::from(team_id.0)).map(Team::from_bytes)
     }
 
-    /// A program's record.
+    /// The record of a program, `None` if there is no such program.
     #[inline(always)]
     #[must_use]
     pub fn program(&self, program_id: ProgramId) -> Option<Program> {
@@ -394,7 +399,7 @@ impl<'a> Tables<'a> {
             .map(Program::from_bytes)
     }
 
-    /// The team's programs, in order; empty if the record reaches past the table.
+    /// The team's programs, in order. Empty if the record reaches past the table.
     #[inline(always)]
     pub fn members(&self, team: &Team) -> impl Iterator<Item = ProgramId> + 'a {
         span(self.members, team.members_start, team.members_len)
@@ -403,7 +408,7 @@ impl<'a> Tables<'a> {
             .map(|bytes| ProgramId(u16::from_le_bytes(*bytes)))
     }
 
-    /// The program's instructions as stored; empty if the record reaches past the table.
+    /// The program's instructions as stored. Empty if the record reaches past the table.
     #[inline(always)]
     #[must_use]
     pub fn code(&self, program: &Program) -> &'a [[u8; Instruction::BYTES]] {
@@ -411,7 +416,7 @@ impl<'a> Tables<'a> {
     }
 }
 
-/// `len` entries of a table from `start`, if the table holds them.
+/// `len` entries of a table from `start`, `None` if the table is shorter.
 #[inline(always)]
 pub(crate) fn span<T>(table: &[T], start: u32, len: u16) -> Option<&[T]> {
     let start = usize::try_from(start).ok()?;

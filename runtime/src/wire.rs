@@ -28,31 +28,31 @@ pub struct Frame<M> {
     pub message: M,
 }
 
-/// What a host asks. A board answers each of them.
+/// A request of the host. The board answers each one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Request<'a> {
-    /// Who are you? Begins a conversation: the board forgets the numbers of earlier requests.
+    /// Asks for the board's identity and begins a conversation. The board forgets the numbers of earlier requests.
     Hello,
-    /// Begin an agent's evaluation, or a further episode of it.
+    /// Begin an evaluation of the agent or another of its episodes.
     Reset {
-        /// Whether the agent begins too.
+        /// `true` begins an evaluation, `false` begins an episode.
         agent: bool,
         /// Seed of the agent's random streams.
         seed: u64,
     },
     /// Choose the action for an observation.
     Observe {
-        /// The observation.
+        /// The observation: four bytes for each element.
         values: &'a [u8],
     },
-    /// Make room for a new policy beside the one in use.
+    /// Make room for a new policy. The policy in use stays.
     Begin {
-        /// Bytes of its file.
+        /// Number of bytes of its file.
         bytes: u32,
     },
-    /// Store a part of the new policy; parts follow on from each other.
+    /// Store a part of the new policy. Each part begins where the one before ended.
     Store {
-        /// Place of the first byte in the file.
+        /// Offset of the part's first byte in the file.
         at: u32,
         /// The part.
         bytes: &'a [u8],
@@ -61,32 +61,32 @@ pub enum Request<'a> {
     Commit,
 }
 
-/// What a board answers.
+/// An answer of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Answer<'a> {
-    /// To [`Request::Hello`].
+    /// The answer to [`Request::Hello`].
     Identity(Identity),
-    /// Done.
+    /// The request was carried out.
     Ready,
     /// An action of a discrete policy.
     Index {
-        /// The action.
+        /// Number of the action.
         index: u16,
-        /// Instructions executed for it.
+        /// Number of instructions that the decision executed.
         instructions: u32,
     },
     /// An action of a continuous policy.
     Values {
-        /// One value for each output.
+        /// One value for each output, four bytes each.
         values: &'a [u8],
-        /// Instructions executed for them.
+        /// Number of instructions that the decision executed.
         instructions: u32,
     },
-    /// The request was not followed; nothing has changed.
+    /// The request was not carried out. Nothing has changed.
     Refused {
-        /// Why.
+        /// The reason.
         refusal: Refusal,
-        /// The number that the reason is about.
+        /// A number that belongs to the reason. [`Refusal`] says which.
         detail: u32,
     },
 }
@@ -95,21 +95,21 @@ pub enum Answer<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The observation has another length than the policy's; the detail is the length.
+    /// The observation has a wrong length. The detail is its number of elements.
     Length,
-    /// The board cannot store policies.
+    /// The board cannot store policies. The detail is 0.
     NoSlots,
-    /// The policy in use was itself new and has not decided yet: the older one must stay.
+    /// The policy in use is new and has not decided yet. So the older one is kept until then. The detail is 0.
     Untried,
-    /// The new policy has more bytes than there is room; the detail is the room.
+    /// The new policy is too long. The detail is the most bytes that the board can store.
     Room,
-    /// The part does not follow on from the one before; the detail is the place that is due.
+    /// The part does not begin where the one before ended. The detail is the offset that the board expects.
     Order,
-    /// What was stored is no valid policy, or none for this board; the detail is its number of bytes.
+    /// The stored bytes are not a valid policy, or the board cannot run it. The detail is the number of bytes.
     Policy,
-    /// The new policy needs more than the board's agent has; the detail is what it would need of it.
+    /// The board's agent is too small for the new policy. The detail is how much the policy needs of what is short.
     Capacity,
-    /// The memory could not be erased or written; the detail is the place.
+    /// The flash memory could not be erased or written. The detail is the offset of the failure in bytes.
     Memory,
 }
 
@@ -130,7 +130,7 @@ impl Refusal {
     }
 }
 
-/// Who a board is, and which policy it runs.
+/// The board's versions and the policy that it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Identity {
@@ -142,13 +142,13 @@ pub struct Identity {
     pub instruction_set: u32,
     /// Bytes of the policy's file.
     pub policy_bytes: u32,
-    /// Checksum of the policy's file, which stands at its end.
+    /// Checksum of the policy's file: its last four bytes.
     pub policy_crc: u32,
     /// The policy's provenance.
     pub provenance: [u8; 16],
-    /// Slot of the policy: 0 is the one that the firmware was built with.
+    /// Slot of the policy. Slot 0 is the policy that the firmware was built with.
     pub slot: u8,
-    /// Damaged frames that the board has dropped since it started.
+    /// Number of damaged frames that the board has dropped since it started.
     pub damaged: u32,
 }
 
@@ -171,13 +171,13 @@ impl Identity {
     }
 }
 
-/// CRC-32 of bytes, as it stands at the end of frames and policies.
+/// CRC-32 of `bytes`, as at the end of frames and policies.
 #[must_use]
 pub const fn checksum(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// A message that does not fit the buffer that it was to be written to.
+/// The message does not fit into the buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameTooLong;
 
@@ -189,7 +189,7 @@ impl core::fmt::Display for FrameTooLong {
 
 impl core::error::Error for FrameTooLong {}
 
-/// Puts the checksum behind a message before COBS closes it.
+/// Encodes a message with COBS and appends the checksum of the message.
 struct Sealed<'b> {
     inner: Cobs<Slice<'b>>,
     digest: crc::Digest<'static, u32, Checksum>,
@@ -211,7 +211,7 @@ impl Flavor for Sealed<'_> {
     }
 }
 
-/// Writes a frame to the begin of `buffer` and returns its length.
+/// Writes a frame to the start of `buffer`. Returns its length in bytes.
 ///
 /// # Errors
 /// [`FrameTooLong`] if it does not fit.
@@ -226,7 +226,7 @@ pub fn write<M: Serialize>(frame: &Frame<M>, buffer: &mut [u8]) -> Result<usize,
     Ok(len + 1)
 }
 
-/// Finds the frames in a stream of bytes; frames of more than `N` bytes count as damaged.
+/// Finds the frames in a stream of bytes. A frame longer than `N` bytes counts as damaged.
 #[derive(Debug, Clone)]
 pub struct Receiver<const N: usize> {
     buffer: [u8; N],
@@ -241,7 +241,7 @@ impl<const N: usize> Default for Receiver<N> {
 }
 
 impl<const N: usize> Receiver<N> {
-    /// A receiver that has heard nothing.
+    /// A receiver at the start of a stream.
     #[must_use]
     pub const fn new() -> Self {
         Receiver {
@@ -251,7 +251,7 @@ impl<const N: usize> Receiver<N> {
         }
     }
 
-    /// Damaged frames dropped so far.
+    /// Number of damaged frames dropped so far.
     #[must_use]
     pub const fn damaged(&self) -> u32 {
         self.damaged
@@ -314,7 +314,7 @@ mod tests {
         buffer[..len].to_vec()
     }
 
-    /// Feeds bytes; how many frames equal to the one sent came out, and how many were dropped.
+    /// Feeds bytes to a receiver. Returns how many good frames came out and how many were dropped.
     fn feed(bytes: &[u8]) -> (usize, u32) {
         let mut receiver = Receiver::<64>::new();
         let mut good = 0;

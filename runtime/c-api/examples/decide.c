@@ -1,7 +1,7 @@
 /* decide FILE.tpg [SEED] < observations
  *
- * Runs a policy from C: reads observations from standard input, one a line, and prints for each the action's bits.
- * A line `reset SEED` begins a further episode. On a microcontroller the policy lies in flash, and `memory` is a static array.
+ * Runs a policy from C. It reads observations from standard input, one a line, and prints the bits of each action.
+ * A line `reset SEED` begins another episode. On a microcontroller the policy lies in flash and `memory` is a static array.
  */
 #include "tpg_runtime.h"
 
@@ -11,7 +11,7 @@
 
 enum { MEMORY = 1 << 20, POLICY = 1 << 22, LINE = 1 << 16, CHANNELS = 256 };
 
-/* Nothing is allocated: the caller's memory is whatever suits the caller. */
+/* The library allocates nothing. The caller may give it any memory. */
 static union { uint64_t alignment; unsigned char bytes[MEMORY]; } memory;
 static unsigned char policy[POLICY];
 static char line[LINE];

@@ -1,4 +1,4 @@
-//! Agents in memory that the caller gives.
+//! Agents in the caller's memory.
 
 use core::ffi::c_void;
 use core::mem::{align_of, size_of};
@@ -12,31 +12,33 @@ use crate::layout::MemoryLayout;
 use crate::status::TpgStatus;
 use crate::width::Built;
 
-/// Bytes of a policy's header: what `tpg_memory_size` needs of it.
+/// Number of bytes of a policy's header. `tpg_memory_size` needs no more of the file.
 pub const TPG_HEADER_SIZE: usize = 72;
-/// What the address of an agent's memory must be a multiple of.
+/// The address of an agent's memory must be a multiple of this number.
 pub const TPG_ALIGNMENT: usize = 8;
-/// The agent starts: its first episode of an evaluation.
+/// Begin an evaluation of the agent with its first episode.
 pub const TPG_RESET_AGENT: u32 = 0;
-/// A further episode of the same agent.
+/// Begin another episode of the same evaluation.
 pub const TPG_RESET_EPISODE: u32 = 1;
 
 const _: () = assert!(TPG_HEADER_SIZE == Header::BYTES);
 const _: () =
     assert!(align_of::<TpgAgent>() <= TPG_ALIGNMENT && align_of::<Pcg32>() <= TPG_ALIGNMENT);
 
-/// Marks memory that `tpg_init` has filled.
+/// The first bytes of memory that `tpg_init` has filled.
 const MARK: u64 = 0x7470_6720_6167_656e;
 
-/// A policy with its state, at the start of the caller's memory.
+/// A policy and its state, at the start of the caller's memory.
 pub struct TpgAgent {
     mark: u64,
     agent: SliceAgent<'static, 'static, Built>,
 }
 
-/// Bytes of memory that an agent of a policy needs; 0 if these bytes are no header of a policy for this library.
+/// Number of bytes of memory that an agent of a policy needs.
 ///
-/// The fixed header alone is read: `TPG_HEADER_SIZE` bytes, the first of the file. What it promises, `tpg_init` checks.
+/// Returns 0 if the bytes are not the header of a policy, or of one that this library does not execute.
+///
+/// `header` is the first `TPG_HEADER_SIZE` bytes of the file or more. This function trusts the header. `tpg_init` checks it.
 ///
 /// # Safety
 /// `header` must be null or point to `header_length` readable bytes.
@@ -50,14 +52,16 @@ pub unsafe extern "C" fn tpg_memory_size(header: *const c_void, header_length: u
         .map_or(0, |header| layout(&Capacities::needed_by(&header)).bytes)
 }
 
-/// Makes an agent for a policy in the caller's memory, reset with agent seed 0, and points `agent` to it.
+/// Makes an agent for a policy in the caller's memory and points `agent` to it. The agent is reset with seed 0.
 ///
-/// Every table of the policy is checked first; memory is written only if it passes. The memory belongs to the agent until the
-/// caller uses it for something else; nothing has to be freed. The policy's bytes must stay where they are, unchanged.
+/// It checks every table of the policy first and writes to the memory only if all are valid. The caller frees nothing: the
+/// agent ends when the caller uses the memory for something else. Until then the policy's bytes must stay in their place,
+/// unchanged.
 ///
 /// # Safety
-/// `memory` must be null or point to `memory_length` writable bytes, `policy` null or to `policy_length` readable ones that do
-/// not overlap it, and `agent` null or to a place for a pointer.
+/// - `memory` must be null or point to `memory_length` writable bytes.
+/// - `policy` must be null or point to `policy_length` readable bytes that do not overlap `memory`.
+/// - `agent` must be null or point to a place for a pointer.
 // SAFETY: the prefix keeps the name apart from every other function of a program.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tpg_init(
@@ -70,7 +74,7 @@ pub unsafe extern "C" fn tpg_init(
     if agent.is_null() {
         return TpgStatus::NullPointer;
     }
-    // SAFETY: not null, and the caller promises a place for a pointer; `write_unaligned` asks for nothing else.
+    // SAFETY: not null, and the caller promises a place for a pointer. `write_unaligned` needs no alignment.
     unsafe { agent.write_unaligned(ptr::null_mut()) };
     // SAFETY: the caller's promise.
     let Some(bytes) = (unsafe { bytes(policy, policy_length) }) else {
@@ -93,10 +97,11 @@ pub unsafe extern "C" fn tpg_init(
     }
     let memory = memory.cast::<u8>();
     let place = memory.cast::<TpgAgent>();
-    // SAFETY: aligned, long enough for an agent, and writable by the caller's promise. What was here before is no agent now.
+    // SAFETY: aligned, long enough for an agent, and writable by the caller's promise. Without the mark, an agent that lay
+    // here before is none now.
     unsafe { (&raw mut (*place).mark).write(0) };
-    // SAFETY: the memory is aligned for every type here and has `layout.bytes` bytes, which the layout divides into parts that
-    // do not overlap, each aligned for its type; the caller promises that they are writable and that nobody else uses them.
+    // SAFETY: the memory is aligned for every type here and has `layout.bytes` bytes. The layout divides them into parts that
+    // do not overlap, each aligned for its type. The caller promises that they are writable and that nobody else uses them.
     let slices = unsafe {
         Slices {
             words: fill(memory.add(layout.words), needed.words, 0.0f32),
@@ -108,7 +113,7 @@ pub unsafe extern "C" fn tpg_init(
     let Ok(made) = SliceAgent::new(policy, slices) else {
         return TpgStatus::Width;
     };
-    // SAFETY: as above; the layout leaves the first bytes to the agent.
+    // SAFETY: as above. The layout leaves the first bytes to the agent.
     unsafe {
         place.write(TpgAgent {
             mark: MARK,
@@ -119,9 +124,9 @@ pub unsafe extern "C" fn tpg_init(
     TpgStatus::Ok
 }
 
-/// Begins an agent's evaluation (`TPG_RESET_AGENT`) or a further episode of it (`TPG_RESET_EPISODE`).
+/// Begins an evaluation of an agent (`TPG_RESET_AGENT`) or another of its episodes (`TPG_RESET_EPISODE`).
 ///
-/// `agent_seed` determines the random streams; where nothing is reset it is not used.
+/// `agent_seed` determines the agent's random streams. It has no effect if none of them is reset.
 ///
 /// # Safety
 /// `agent` must be null or come from `tpg_init`.
@@ -143,13 +148,14 @@ pub unsafe extern "C" fn tpg_reset(agent: *mut TpgAgent, what: u32, agent_seed: 
     }
 }
 
-/// Decides and writes one value for each output, within the policy's limits.
+/// Decides and writes one value for each output. Values are finite and within the policy's limits.
 ///
-/// Non-finite elements of the observation count as 0. If the status is not `TPG_STATUS_OK`, nothing has changed.
+/// Non-finite elements of the observation count as 0. On any status but `TPG_STATUS_OK` nothing has changed.
 ///
 /// # Safety
-/// `agent` must be null or come from `tpg_init`; `observation` must be null or point to as many readable floats as
-/// `observation_length` says, `action` null or to as many writable ones as `action_length` says.
+/// - `agent` must be null or come from `tpg_init`.
+/// - `observation` must be null or point to `observation_length` readable floats.
+/// - `action` must be null or point to `action_length` writable floats.
 // SAFETY: the prefix keeps the name apart from every other function of a program.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tpg_decide(
@@ -176,7 +182,7 @@ pub unsafe extern "C" fn tpg_decide(
     if action_length != agent.policy().header().outputs() {
         return TpgStatus::ActionLength;
     }
-    // SAFETY: the caller's promise; the observation is read before the action is written.
+    // SAFETY: the caller's promise. The observation is read before the action is written.
     match unsafe { decide(agent, observation, observation_length) } {
         Ok(Action::Continuous(values)) => {
             // SAFETY: not null, aligned, and the caller promises room for `action_length` floats, which is their number.
@@ -190,11 +196,12 @@ pub unsafe extern "C" fn tpg_decide(
 
 /// Decides and writes the index of the chosen action.
 ///
-/// As `tpg_decide`, for policies whose actions are discrete.
+/// It is the counterpart of `tpg_decide` for policies whose actions are discrete.
 ///
 /// # Safety
-/// `agent` must be null or come from `tpg_init`; `observation` must be null or point to as many readable floats as
-/// `observation_length` says, `action` null or to a place for its number.
+/// - `agent` must be null or come from `tpg_init`.
+/// - `observation` must be null or point to `observation_length` readable floats.
+/// - `action` must be null or point to a place for the number of the action.
 // SAFETY: the prefix keeps the name apart from every other function of a program.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tpg_decide_discrete(
@@ -229,7 +236,7 @@ pub unsafe extern "C" fn tpg_decide_discrete(
     }
 }
 
-/// Length of the policy's observation; 0 if there is no agent.
+/// Number of elements of the policy's observation, 0 if there is no agent.
 ///
 /// # Safety
 /// `agent` must be null or come from `tpg_init`.
@@ -242,7 +249,7 @@ pub unsafe extern "C" fn tpg_observation_length(agent: *mut TpgAgent) -> usize {
     })
 }
 
-/// Number of the policy's outputs; 0 if its actions are discrete or there is no agent.
+/// Number of the policy's outputs, 0 if its actions are discrete or there is no agent.
 ///
 /// # Safety
 /// `agent` must be null or come from `tpg_init`.
@@ -253,7 +260,7 @@ pub unsafe extern "C" fn tpg_outputs(agent: *mut TpgAgent) -> usize {
     unsafe { borrow(agent) }.map_or(0, |agent| agent.policy().header().outputs())
 }
 
-/// Time between two decisions, in microseconds; 0 if there is no agent.
+/// Time between two decisions in microseconds, 0 if there is no agent.
 ///
 /// # Safety
 /// `agent` must be null or come from `tpg_init`.
@@ -264,10 +271,10 @@ pub unsafe extern "C" fn tpg_control_period_us(agent: *mut TpgAgent) -> u32 {
     unsafe { borrow(agent) }.map_or(0, |agent| agent.policy().header().control_period_us)
 }
 
-/// The bytes that a caller points to, `None` for a null pointer.
+/// The bytes that a caller points to, `None` for a null pointer or an impossible length.
 ///
 /// # Safety
-/// `start` must be null or point to `length` bytes that stay readable and unchanged for `'a`.
+/// `start` must be null or point to `length` bytes that stay readable and unchanged during `'a`.
 unsafe fn bytes<'a>(start: *const c_void, length: usize) -> Option<&'a [u8]> {
     if start.is_null() || isize::try_from(length).is_err() {
         return None;
@@ -279,7 +286,7 @@ unsafe fn bytes<'a>(start: *const c_void, length: usize) -> Option<&'a [u8]> {
 /// Fills memory with copies of a value.
 ///
 /// # Safety
-/// `start` must be aligned for `T` and point to room for `length` of them, which nobody else uses for `'a`.
+/// `start` must be aligned for `T` and point to room for `length` values that nobody else uses during `'a`.
 unsafe fn fill<'a, T: Clone>(start: *mut u8, length: usize, value: T) -> &'a mut [T] {
     let start = start.cast::<T>();
     for k in 0..length {
@@ -303,7 +310,7 @@ unsafe fn borrow<'a>(
     if !agent.addr().is_multiple_of(TPG_ALIGNMENT) {
         return Err(TpgStatus::Misaligned);
     }
-    // SAFETY: not null, aligned, and readable by the caller's promise; any bytes are a number.
+    // SAFETY: not null, aligned, and readable by the caller's promise. Any bytes are a valid number.
     if unsafe { (&raw const (*agent).mark).read() } != MARK {
         return Err(TpgStatus::NoAgent);
     }
@@ -311,7 +318,7 @@ unsafe fn borrow<'a>(
     Ok(unsafe { &mut (*agent).agent })
 }
 
-/// One decision on an observation at an address.
+/// Decides on the observation at an address.
 ///
 /// # Safety
 /// `observation` must be null or point to `length` readable floats.
@@ -337,7 +344,7 @@ unsafe fn decide<'a>(
         .map_err(|_| TpgStatus::ObservationLength)
 }
 
-/// Where the parts of an agent lie in memory that has room for `needed`.
+/// The memory layout of an agent with room for `needed`.
 const fn layout(needed: &Capacities) -> MemoryLayout {
     MemoryLayout::new(size_of::<TpgAgent>(), needed)
 }

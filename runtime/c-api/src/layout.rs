@@ -5,7 +5,9 @@ use core::mem::{align_of, size_of};
 use tpg_runtime::Capacities;
 use tpg_runtime::rng::Pcg32;
 
-/// Byte offsets from the start of the memory, in order of decreasing alignment, and the number of bytes in all.
+/// Byte offsets of the parts from the start of the memory, and the number of bytes in all.
+///
+/// The parts lie in order of decreasing alignment, so that no gap is needed between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MemoryLayout {
     pub streams: usize,
@@ -19,7 +21,7 @@ pub struct MemoryLayout {
 const _: () = assert!(align_of::<Pcg32>() >= align_of::<f32>() && size_of::<bool>() == 1);
 
 impl MemoryLayout {
-    /// The agent itself takes the first `agent_bytes`.
+    /// The layout for `needed`. The agent itself takes the first `agent_bytes`.
     pub const fn new(agent_bytes: usize, needed: &Capacities) -> Self {
         let streams = agent_bytes.next_multiple_of(align_of::<Pcg32>());
         let words = streams + needed.streams * size_of::<Pcg32>();

@@ -1,14 +1,14 @@
 //! The runtime for C.
 //!
-//! - `tpg_memory_size`, `tpg_init`, `tpg_reset`, `tpg_decide`: execute a policy's file in memory that the caller gives.
-//! - `tpg_math_*`: the functions that policies compiled to C call, so that their bits are the runtime's.
+//! - `tpg_memory_size`, `tpg_init`, `tpg_reset` and `tpg_decide` execute a policy's file in the caller's memory.
+//! - `tpg_math_*` are the functions that policies compiled to C call, so that they compute the same bits.
 //!
-//! This crate needs `unsafe` because pointers come from C. Each call documents what its pointers must be. Within that,
-//! every misuse is answered with a status.
+//! This crate needs `unsafe` because pointers come from C. Each function documents what its pointers must be. It answers
+//! other misuse with a status.
 //!
 //! | feature | effect | default |
 //! |---|---|---|
-//! | `bare-metal` | no `std`; brings the panic handler that a library without an operating system must have | off |
+//! | `bare-metal` | builds without `std` and adds the panic handler that Rust then demands | off |
 #![cfg_attr(feature = "bare-metal", no_std)]
 
 mod agent;
@@ -21,7 +21,7 @@ pub use agent::*;
 pub use math::*;
 pub use status::{TpgStatus, tpg_status_message};
 
-/// Rust demands one in a library without `std`; nothing in this library panics, so linkers drop it.
+/// Rust demands a panic handler in a library without `std`. Nothing here panics, so the linker drops it.
 #[cfg(feature = "bare-metal")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {

@@ -1,11 +1,11 @@
-//! What calls return.
+//! The status that functions return.
 
 use core::ffi::c_char;
 
 use tpg_runtime::VerifyError;
 use tpg_runtime::blob::DecodeError;
 
-/// What a call returns: `TPG_STATUS_OK`, or why it did nothing.
+/// The result of a call: `TPG_STATUS_OK`, or the reason why it did nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub enum TpgStatus {
@@ -13,39 +13,39 @@ pub enum TpgStatus {
     Ok = 0,
     /// A pointer is null.
     NullPointer = 1,
-    /// Memory or an array of floats does not begin at a multiple of its alignment.
+    /// The address of the memory or of an array of floats is not a multiple of its alignment.
     Misaligned = 2,
-    /// The memory is shorter than `tpg_memory_size` says.
+    /// The memory has fewer bytes than `tpg_memory_size` says.
     ShortMemory = 3,
-    /// The memory holds no agent: `tpg_init` has not succeeded on it.
+    /// The memory holds no agent. Call `tpg_init` first.
     NoAgent = 4,
-    /// The bytes are no policy.
+    /// The bytes are not a policy.
     NotAPolicy = 5,
     /// The policy was made for another version of the format.
     Version = 6,
     /// The policy was made for another instruction table.
     InstructionSet = 7,
-    /// The policy's bytes are damaged, too few or too many.
+    /// The policy's bytes are damaged, or there are too few or too many.
     Damaged = 8,
     /// The policy's tables contradict each other.
     Invalid = 9,
-    /// The policy has a part that this version does not execute.
+    /// The policy has a part that this build does not execute.
     Unsupported = 10,
     /// The library was built for policies of another vector width.
     Width = 11,
-    /// The observation has another length than the policy's.
+    /// The observation has the wrong length. `tpg_observation_length` says the right one.
     ObservationLength = 12,
-    /// The array for the action has another length than the policy's outputs.
+    /// The array for the action has the wrong length. `tpg_outputs` says the right one.
     ActionLength = 13,
-    /// The policy's actions are discrete: call `tpg_decide_discrete`.
+    /// The policy's actions are discrete. Call `tpg_decide_discrete`.
     DiscretePolicy = 14,
-    /// The policy's actions are continuous: call `tpg_decide`.
+    /// The policy's actions are continuous. Call `tpg_decide`.
     ContinuousPolicy = 15,
-    /// What is reset is neither `TPG_RESET_AGENT` nor `TPG_RESET_EPISODE`.
+    /// The argument `what` is neither `TPG_RESET_AGENT` nor `TPG_RESET_EPISODE`.
     ResetKind = 16,
 }
 
-/// Texts in the order of the codes, each ended by a zero.
+/// The texts in the order of the codes. Each ends with a zero byte, as C needs it.
 const MESSAGES: [&str; 17] = [
     "done\0",
     "a pointer is null\0",
@@ -66,7 +66,7 @@ const MESSAGES: [&str; 17] = [
     "what to reset is neither TPG_RESET_AGENT nor TPG_RESET_EPISODE\0",
 ];
 
-/// The meaning of a status in English, ended by a zero; never null, and valid for ever.
+/// The meaning of a status in English, as a C string. It is never null and stays valid.
 // SAFETY: the prefix keeps the name apart from every other function of a program.
 #[unsafe(no_mangle)]
 pub extern "C" fn tpg_status_message(status: u32) -> *const c_char {

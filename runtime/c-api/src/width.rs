@@ -2,7 +2,9 @@
 
 use tpg_runtime::{AnyWidth, Fixed};
 
-/// The only width, as `TPG_WIDTH` said when the library was built, else 0: every width, with code for each.
+/// The vector width that the environment variable `TPG_WIDTH` named when the library was built.
+///
+/// It is 0 if the variable was not set. Then the library executes policies of every width.
 const ONLY: usize = match option_env!("TPG_WIDTH") {
     Some(text) => match usize::from_str_radix(text, 10) {
         Ok(width @ 1..=32) => width,
@@ -11,7 +13,7 @@ const ONLY: usize = match option_env!("TPG_WIDTH") {
     None => 0,
 };
 
-/// Names the width of a number.
+/// Turns a number into the type of a width.
 pub struct Select<const W: usize>;
 
 pub trait Pick {
@@ -32,5 +34,5 @@ macro_rules! widths {
 
 widths!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32);
 
-/// What the library is built for.
+/// The width that the library is built for.
 pub type Built = <Select<ONLY> as Pick>::Width;
