@@ -3,7 +3,7 @@
 use super::description::{self, finite};
 use super::measure::Effort;
 use super::names::{actuator as find, label, names};
-use super::source::pairwise;
+use super::pairwise::pairwise;
 use crate::task::{ActionSpace, Channel};
 use mujoco_rs::prelude::MjModel;
 use tpg_runtime::Action;

@@ -1,6 +1,7 @@
 //! The files that a described task is made of.
 
-use super::description::{Description, like};
+use super::description::Description;
+use super::keys::like;
 use crate::task::UnknownTask;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};

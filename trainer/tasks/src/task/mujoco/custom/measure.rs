@@ -1,6 +1,8 @@
 //! What stands in the braces of a formula: a value of the model, one of before the step, a rate, a sum over a block.
 
-use super::source::{Array, Moment, Source, find, pairwise};
+use super::arrays::Array;
+use super::pairwise::pairwise;
+use super::source::{Moment, Source, find};
 use mujoco_rs::prelude::MjModel;
 use std::ops::Range;
 

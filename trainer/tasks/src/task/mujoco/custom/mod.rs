@@ -2,9 +2,12 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `description` | the keys of the TOML file |
+//! | `description` | what the TOML file says |
+//! | `keys` | which keys it may have, and those that it takes over from another file |
 //! | `names` | the objects of a model, by name or number |
-//! | `source` | the values of a model that the file can name |
+//! | `arrays`, `source` | the values of a model that the file can name |
+//! | `input` | the elements of the observation |
+//! | `pairwise` | sums as NumPy rounds them |
 //! | `measure`, `expression` | numbers that formulas can name, and the formulas |
 //! | `terms` | rewards and ends |
 //! | `drive` | the actuators that a policy sets |
@@ -16,14 +19,18 @@
 //! | `plant` | the task at work |
 //! | `builtin` | the robots that the program brings along |
 
+mod arrays;
 mod builtin;
 mod description;
 mod drive;
 mod expression;
 mod files;
+mod input;
+mod keys;
 mod load;
 mod measure;
 mod names;
+mod pairwise;
 mod plant;
 mod randomize;
 mod sound;

@@ -2,38 +2,17 @@
 
 use super::description::{Description, Part};
 use super::drive::Drives;
-use super::expression::Expression;
+use super::input::{Input, NOTHING, inputs};
 use super::measure::{Effort, Measure, Now};
 use super::randomize::Randomize;
-use super::source::{Moment, Source, find};
+use super::source::Moment;
 use super::start::Start;
 use super::terms::{Reward, Scope, Termination};
 use crate::task::mujoco::sim::{Sim, UNSTABLE};
-use crate::task::spec::round;
-use crate::task::{Channel, Rng, Spec, Step, Task, Terms};
+use crate::task::{Rng, Spec, Step, Task, Terms};
 use mujoco_rs::prelude::MjModel;
 use std::sync::Arc;
 use tpg_runtime::Action;
-
-/// One element of the observation; without a clip in the file, `clip` is infinite.
-#[derive(Debug)]
-struct Input {
-    value: Value,
-    clip: f64,
-    /// The most by which the value is off in an episode.
-    spread: f64,
-    /// By how much it is off in this one.
-    offset: f64,
-}
-
-/// The zero that changes no number when it is added to it, not even -0.
-const NOTHING: f64 = -0.0;
-
-#[derive(Debug)]
-enum Value {
-    Source(Source),
-    Expression(Box<Expression>),
-}
 
 /// A robot that a file describes.
 #[derive(Debug)]
@@ -53,66 +32,6 @@ pub struct Robot {
     goals: Vec<f64>,
     /// Whether anything reads the contact forces, which MuJoCo computes only when it is asked to.
     contact_forces: bool,
-}
-
-/// The elements of the observation, and what they are called.
-fn inputs(
-    description: &Description,
-    scope: Scope<'_>,
-) -> Result<(Vec<Input>, Vec<Channel>), String> {
-    let (mut inputs, mut channels) = (Vec::new(), Vec::<Channel>::new());
-    for observation in &description.observation {
-        let clip = observation.clip.unwrap_or(f64::INFINITY);
-        let (values, velocity, block) = match (&observation.source, &observation.expression) {
-            (Some(text), None) => {
-                let found = find(text, scope.model, scope.goals)?;
-                let block = found.block;
-                let values: Vec<Value> = found.sources.into_iter().map(Value::Source).collect();
-                (values, found.velocity, block)
-            }
-            (None, Some(text)) => {
-                let expression = scope.expression(text)?;
-                if expression.any(Measure::needs_step) {
-                    return Err(format!(
-                        "observation.expression = {text:?}: before, rate, outputs and alive mean nothing before the \
-                         first step"
-                    ));
-                }
-                let value = Value::Expression(Box::new(expression));
-                (vec![value], false, false)
-            }
-            _ => {
-                return Err(format!(
-                    "the observation {:?} needs either a source or an expression",
-                    observation.name
-                ));
-            }
-        };
-        for (k, value) in values.into_iter().enumerate() {
-            let name = if block {
-                format!("{}_{k}", observation.name)
-            } else {
-                observation.name.clone()
-            };
-            if channels.iter().any(|known| known.name == name) {
-                return Err(format!(
-                    "observation.name = {name:?}: two observations have this name; give each its own"
-                ));
-            }
-            inputs.push(Input {
-                value,
-                clip,
-                spread: observation.offset,
-                offset: NOTHING,
-            });
-            channels.push(Channel {
-                name,
-                unit: observation.unit.clone(),
-                velocity: observation.velocity.unwrap_or(velocity),
-            });
-        }
-    }
-    Ok((inputs, channels))
 }
 
 impl Robot {
@@ -136,11 +55,8 @@ impl Robot {
         let terminations: Vec<Termination> = terminations.collect::<Result<_, _>>()?;
         let start = Start::new(description, scope)?;
         let reads = |test: &dyn Fn(&Measure) -> bool| {
-            let seen = inputs.iter().any(|input| match &input.value {
-                Value::Source(source) => test(&Measure::Value(*source)),
-                Value::Expression(expression) => expression.any(test),
-            });
-            seen || rewards.iter().any(|reward| reward.any(test))
+            inputs.iter().any(|input| input.any(test))
+                || rewards.iter().any(|reward| reward.any(test))
                 || terminations.iter().any(|end| end.any(test))
         };
         let contact_forces = reads(&Measure::is_contact_force);
@@ -319,8 +235,8 @@ impl Task for Robot {
         }
         // A stream of its own, so that offsets change no initial state.
         let mut own = Rng::new(!rng.clone().word());
-        for input in self.inputs.iter_mut().filter(|input| input.spread > 0.0) {
-            input.offset = own.uniform(-input.spread, input.spread);
+        for input in &mut self.inputs {
+            input.draw(&mut own);
         }
         self.start.reset(&mut self.sim, &mut self.goals, rng);
     }
@@ -328,11 +244,7 @@ impl Task for Robot {
     fn observe(&self, observation: &mut [f32]) {
         let now = self.now();
         for (out, input) in observation.iter_mut().zip(&self.inputs) {
-            let value = match &input.value {
-                Value::Source(source) => source.read(now.moment),
-                Value::Expression(expression) => expression.value(now),
-            };
-            *out = round((value + input.offset).clamp(-input.clip, input.clip));
+            *out = input.read(now);
         }
     }
 

@@ -1,10 +1,11 @@
 //! Where episodes start.
 
+use super::arrays::Data;
 use super::description::{Description, Distribution, Joint, Place};
 use super::expression::Expression;
 use super::measure::Now;
 use super::names::{names, number};
-use super::source::{Data, Moment, joint};
+use super::source::{Moment, joint};
 use super::terms::Scope;
 use crate::task::Rng;
 use crate::task::mujoco::sim::Sim;
