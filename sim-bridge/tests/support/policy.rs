@@ -6,20 +6,32 @@ use tpg_runtime::blob::{
 use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::tables::{Instruction, Program, Tables, Target, Team};
 
-fn code(rows: &[(Op, u16, u16, u16)]) -> Vec<[u8; Instruction::BYTES]> {
+/// The file of a policy of one team, whose members are all programs. Its task has `channels` inputs and outputs.
+fn file(
+    header: &Header,
+    team: Team,
+    programs: &[Program],
+    code: &[(Op, u16, u16, u16)],
+    (task, channels): (&str, u16),
+) -> Vec<u8> {
+    let teams = [team.to_bytes()];
+    let members: Vec<[u8; 2]> = (0..team.members_len).map(u16::to_le_bytes).collect();
+    let programs: Vec<_> = programs.iter().map(|program| program.to_bytes()).collect();
     let row = |&(op, d, a, b): &(Op, u16, u16, u16)| Instruction { op, d, a, b }.to_bytes();
-    rows.iter().map(row).collect()
-}
-
-fn blob(header: &Header, tables: &Tables<'_>) -> Vec<u8> {
-    let mut buffer = vec![0; encoded_bound(tables)];
-    let len = encode(header, tables, &mut buffer).expect("the bound is enough");
+    let code: Vec<_> = code.iter().map(row).collect();
+    let labels: String = (0..channels).map(|k| format!("x{k}\t1\n")).collect();
+    let mut tables = Tables::default();
+    tables.teams = &teams;
+    tables.members = &members;
+    tables.programs = &programs;
+    tables.code = &code;
+    tables.labels = &labels;
+    tables.task = task;
+    tables.observability = "none";
+    let mut buffer = vec![0; encoded_bound(&tables)];
+    let len = encode(header, &tables, &mut buffer).expect("the bound is enough");
     buffer.truncate(len);
     buffer
-}
-
-fn labels(count: u16) -> String {
-    (0..count).map(|k| format!("x{k}\t1\n")).collect()
 }
 
 /// Balances the cart-pole for a while: pushes to where the pole falls, misled by a memory that is written at random.
@@ -34,16 +46,16 @@ pub fn cartpole(provenance: u8) -> Vec<u8> {
         program.state_start = state_start;
         program.output = state_start;
         program.registers = [scalars, 0, 0];
-        program.to_bytes()
+        program
     };
     let (angle, speed, none) = (2, 3, 0);
-    let code = code(&[
+    let code = [
         (Op::WriteS, none, speed, none),
         (Op::Sub, 4, angle, angle),
         (Op::ReadS, 6, 0, none),
         (Op::Add, 5, angle, speed),
         (Op::Add, 5, 5, 6),
-    ]);
+    ];
     let mut team = Team::default();
     team.members_len = 2;
     team.slots = [1, 0, 0];
@@ -64,19 +76,8 @@ pub fn cartpole(provenance: u8) -> Vec<u8> {
     header.groups = Group::Scalar.bit() | Group::TeamMemory.bit();
     header.control_period_us = 20_000;
     header.provenance = [provenance; 16];
-    let teams = [team.to_bytes()];
-    let members = [0u16.to_le_bytes(), 1u16.to_le_bytes()];
     let programs = [program(0, 2, 0, 4, 1), program(2, 3, 1, 5, 2)];
-    let labels = labels(4);
-    let mut tables = Tables::default();
-    tables.teams = &teams;
-    tables.members = &members;
-    tables.programs = &programs;
-    tables.code = &code;
-    tables.labels = &labels;
-    tables.task = "cartpole-v1";
-    tables.observability = "none";
-    blob(&header, &tables)
+    file(&header, team, &programs, &code, ("cartpole-v1", 4))
 }
 
 /// Moves the hopper's joints against their speeds.
@@ -84,11 +85,11 @@ pub fn cartpole(provenance: u8) -> Vec<u8> {
 /// State: observation 0..11, outputs 11..14, scalar register at 14, vector register at 15..18.
 pub fn hopper() -> Vec<u8> {
     let (height, joint_speeds, bid, output) = (0, 8, 14, 15);
-    let code = code(&[
+    let code = [
         (Op::Sub, bid, height, height),
         (Op::Sub, bid, bid, height),
         (Op::VScale, output, bid, joint_speeds),
-    ]);
+    ];
     let mut program = Program::default();
     program.code_len = 3;
     program.state_start = bid;
@@ -111,16 +112,5 @@ pub fn hopper() -> Vec<u8> {
     header.action_low = -1.0;
     header.action_high = 1.0;
     header.control_period_us = 8_000;
-    let (teams, members) = ([team.to_bytes()], [0u16.to_le_bytes()]);
-    let programs = [program.to_bytes()];
-    let labels = labels(14);
-    let mut tables = Tables::default();
-    tables.teams = &teams;
-    tables.members = &members;
-    tables.programs = &programs;
-    tables.code = &code;
-    tables.labels = &labels;
-    tables.task = "hopper-v4";
-    tables.observability = "none";
-    blob(&header, &tables)
+    file(&header, team, &[program], &code, ("hopper-v4", 14))
 }
