@@ -100,6 +100,30 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
         self.machine().decide(vectors, observation, ())
     }
 
+    /// As [`Agent::memory`](crate::Agent::memory).
+    #[must_use]
+    pub fn memory(&self) -> &[f32] {
+        let memory = self.slices.words.get(self.policy.memory_start..);
+        memory.unwrap_or_default()
+    }
+
+    /// Takes over the whole state of another agent of the same policy, random streams included: both decide alike from here on.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if the other one's policy needs a state of another size; nothing changes then.
+    pub fn copy_state(&mut self, other: &SliceAgent<'_, '_, W>) -> Result<(), CapacityError> {
+        let available = Capacities::needed_by(self.policy.header());
+        let needed = Capacities::needed_by(other.policy.header());
+        needed.check(&available)?;
+        available.check(&needed)?;
+        self.slices.words.copy_from_slice(other.slices.words);
+        self.slices.bids.copy_from_slice(other.slices.bids);
+        self.slices.visited.copy_from_slice(other.slices.visited);
+        self.slices.streams.clone_from_slice(other.slices.streams);
+        self.indexed = other.indexed;
+        Ok(())
+    }
+
     #[inline(always)]
     fn machine(&mut self) -> Machine<'_, 'p, [f32]> {
         Machine {

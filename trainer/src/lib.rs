@@ -1,6 +1,7 @@
 //! Evolves Tangled Program Graphs.
 pub mod columns;
 pub mod config;
+pub mod evaluator;
 pub mod evolve;
 pub mod files;
 pub mod front_end;

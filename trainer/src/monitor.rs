@@ -1,4 +1,4 @@
-//! What the threads of a pool tell others while they score, and what stops them.
+//! What an evaluator tells others while it scores, and what stops it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -34,7 +34,7 @@ pub struct Progress {
     pub planned: u64,
     /// Episodes done in this generation.
     pub episodes: u64,
-    /// Control steps of all episodes done since the pool was made.
+    /// Control steps of all episodes done since the evaluator was made.
     pub steps: u64,
 }
 
@@ -88,18 +88,18 @@ impl Monitor {
     }
 
     /// Begins a generation of so many episodes.
-    pub(crate) fn begin(&self, episodes: u64) {
+    pub fn begin(&self, episodes: u64) {
         self.counters.planned.store(episodes, Ordering::Relaxed);
         self.counters.episodes.store(0, Ordering::Relaxed);
     }
 
     /// Adds episodes that the generation turns out to need.
-    pub(crate) fn plan(&self, episodes: u64) {
+    pub fn plan(&self, episodes: u64) {
         self.counters.planned.fetch_add(episodes, Ordering::Relaxed);
     }
 
     /// Keeps the first reason why a simulation became unstable.
-    pub(crate) fn note_instability(&self, reason: impl FnOnce() -> Option<String>) {
+    pub fn note_instability(&self, reason: impl FnOnce() -> Option<String>) {
         if self.instability.get().is_none()
             && let Some(reason) = reason()
         {
@@ -109,16 +109,12 @@ impl Monitor {
     }
 
     /// Counts an episode that is done.
-    pub(crate) fn count(&self, steps: u32) {
+    pub fn count(&self, steps: u32) {
         self.counters.episodes.fetch_add(1, Ordering::Relaxed);
         let steps = u64::from(steps);
         self.counters.steps.fetch_add(steps, Ordering::Relaxed);
     }
 }
-
-/// Scoring was stopped before its end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stopped;
 
 /// A controller that gives up as soon as its monitor says so, in the middle of an episode too.
 pub(crate) struct Stoppable<'m, C> {

@@ -1,4 +1,4 @@
-//! Scoring many policies at once, the same for any number of threads.
+//! Scoring many policies at once on the threads of this process, the same for any number of them.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -8,21 +8,9 @@ use tpg_runtime::{HostAgent, Policy, Reset};
 
 use tpg_tasks::eval::{Arena, Conditions, Episode};
 
+use crate::evaluator::{Alone, AloneScore, Batch, Evaluator, EvaluatorError, Job, job_seeds, jobs};
 use crate::front_end::{Recorded, Recorder, Recording};
-use crate::monitor::{EndedEarly, Monitor, Stoppable, Stopped};
-
-/// How far a policy's evaluation can be split among threads without changing it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Split {
-    /// Into single episodes: each starts from a full reset.
-    Episodes,
-    /// Into agents: an agent's episodes follow on one another.
-    Agents,
-}
-
-/// Policies whose episodes are split, at the end of the line, for each thread: enough to fill every thread to the end,
-/// and so few that hardly any policy is loaded twice.
-const SPLIT_AT_THE_END: usize = 4;
+use crate::monitor::{EndedEarly, Monitor, Stoppable};
 
 /// One arena for each thread.
 pub struct Pool {
@@ -45,37 +33,10 @@ pub struct Spent {
     pub idle: Duration,
 }
 
-/// What is to be scored.
-pub struct Batch<'a> {
-    /// For each policy, how long an episode of it may be expected to last, in any unit. The longest go first; the
-    /// results do not depend on it.
-    pub expected: &'a [f64],
-    /// Makes the bytes of a policy by its number; `None` if it has none. Called once for each, by any thread.
-    pub make: &'a (dyn Fn(usize) -> Option<Vec<u8>> + Sync),
-    /// Episodes of each policy, at least one.
-    pub episodes: usize,
-    /// Their seeds: a list of that length for all policies, or several lists, one after another, which the policies take
-    /// in turn.
-    pub episode_seeds: &'a [u64],
-    /// How far these may be split.
-    pub split: Split,
-    /// In what the episodes are easier than the task.
-    pub conditions: Conditions,
-    /// Whether to record what the policies see, for [`Pool::take_recordings`].
-    pub record: bool,
-}
-
 /// An arena, with a recorder once something has been recorded in it.
 struct RecordingArena {
     arena: Arena,
     recorder: Option<Recorder>,
-}
-
-/// One piece of work: episodes of one policy, in order, from a given one on.
-struct Job {
-    policy: usize,
-    first_episode: usize,
-    episodes: usize,
 }
 
 impl Pool {
@@ -100,31 +61,21 @@ impl Pool {
         Pool { monitor, ..self }
     }
 
-    /// Through which others see how far scoring is, and stop it.
-    #[must_use]
-    pub fn monitor(&self) -> &Arc<Monitor> {
-        &self.monitor
-    }
-
-    /// What was recorded since the last call, in the order of policies and episodes.
-    pub fn take_recordings(&mut self) -> Vec<Recording> {
-        std::mem::take(&mut self.recordings)
-    }
-
     /// What scoring has cost so far.
     #[must_use]
     pub const fn spent(&self) -> Spent {
         self.spent
     }
+}
 
-    /// Runs every policy on every seed; the result holds each policy's episodes in order.
-    ///
-    /// A policy without bytes, or one that is not sound or too large for a host's agent, comes back as `None`.
-    ///
-    /// # Errors
-    /// [`Stopped`], soon after the pool's monitor was stopped.
-    pub fn score(&mut self, batch: &Batch<'_>) -> Result<Vec<Option<Vec<Episode>>>, Stopped> {
-        let jobs = jobs(batch, self.arenas.len());
+impl Evaluator for Pool {
+    fn monitor(&self) -> &Arc<Monitor> {
+        &self.monitor
+    }
+
+    fn score(&mut self, batch: &Batch<'_>) -> Result<Vec<Option<Vec<Episode>>>, EvaluatorError> {
+        let workers = self.arenas.len();
+        let jobs = jobs(batch.expected, batch.episodes, batch.split, workers);
         let next = AtomicUsize::new(0);
         let blobs: Vec<OnceLock<Option<Vec<u8>>>> = vec![OnceLock::new(); batch.expected.len()];
         let started = Instant::now();
@@ -166,7 +117,7 @@ impl Pool {
             parts.extend(done);
         }
         if self.monitor.stopped() {
-            return Err(Stopped);
+            return Err(EvaluatorError::Stopped);
         }
         parts.sort_unstable_by_key(|(job, _)| (job.policy, job.first_episode));
         let mut scored = vec![Some(Vec::new()); batch.expected.len()];
@@ -184,19 +135,9 @@ impl Pool {
         Ok(scored)
     }
 
-    /// Runs one policy on every seed, in order, and returns the shared memory that it leaves too; `None` if the policy is too
-    /// large for a host's agent.
-    ///
-    /// # Errors
-    /// [`Stopped`], soon after the pool's monitor was stopped.
-    pub fn score_alone(
-        &mut self,
-        policy: Policy<'_>,
-        episode_seeds: &[u64],
-        conditions: Conditions,
-        record: bool,
-    ) -> Result<Option<Alone>, Stopped> {
-        let Ok(agent) = HostAgent::new(policy) else {
+    fn score_alone(&mut self, alone: &Alone<'_>) -> Result<Option<AloneScore>, EvaluatorError> {
+        let policy = Policy::load(alone.blob).ok();
+        let Some(Ok(agent)) = policy.map(HostAgent::new) else {
             return Ok(None);
         };
         let mut agent = Box::new(agent);
@@ -204,42 +145,25 @@ impl Pool {
         let arena = self.arenas.first_mut();
         let ran = timed(&mut self.spent.episodes, || {
             arena.map_or_else(Ran::default, |arena| {
-                arena.run(&mut agent, episode_seeds, conditions, record, monitor)
+                arena.run(
+                    &mut agent,
+                    alone.episode_seeds,
+                    alone.conditions,
+                    alone.record,
+                    monitor,
+                )
             })
         });
         if self.monitor.stopped() {
-            return Err(Stopped);
+            return Err(EvaluatorError::Stopped);
         }
         self.recordings.extend(ran.recordings);
         Ok(Some((ran.episodes, agent.memory().to_vec())))
     }
-}
 
-/// What one policy's episodes came to, and the memory that they left.
-type Alone = (Vec<Episode>, Vec<f32>);
-
-/// Whole policies first, the longest of them before the others; then the shortest, split into their episodes where
-/// they may be: so that all threads end together.
-fn jobs(batch: &Batch<'_>, threads: usize) -> Vec<Job> {
-    let mut order: Vec<usize> = (0..batch.expected.len()).collect();
-    order.sort_by(|a, b| batch.expected[*b].total_cmp(&batch.expected[*a]));
-    let splits = match batch.split {
-        Split::Episodes if threads > 1 => SPLIT_AT_THE_END * threads,
-        _ => 0,
-    };
-    let whole = order.len().saturating_sub(splits);
-    let all = batch.episodes;
-    let job = |policy, first_episode, episodes| Job {
-        policy,
-        first_episode,
-        episodes,
-    };
-    let (long, short) = order.split_at(whole);
-    let long = long.iter().map(|policy| job(*policy, 0, all));
-    let short = short
-        .iter()
-        .flat_map(|policy| (0..all).map(move |k| job(*policy, k, 1)));
-    long.chain(short).collect()
+    fn take_recordings(&mut self) -> Vec<Recording> {
+        std::mem::take(&mut self.recordings)
+    }
 }
 
 /// A thread's agent, made at its first policy and loaded with one after another.
@@ -277,9 +201,7 @@ impl<'b> Worker<'b> {
             self.loaded = Some(job.policy);
         }
         let agent = self.agent.as_deref_mut()?;
-        let lists = (batch.episode_seeds.len() / batch.episodes).max(1);
-        let first = job.policy % lists * batch.episodes + job.first_episode;
-        let seeds = &batch.episode_seeds[first..][..job.episodes];
+        let seeds = job_seeds(job, batch.episode_seeds, batch.episodes);
         let spent = &mut self.spent.episodes;
         Some(timed(spent, || {
             arena.run(agent, seeds, batch.conditions, batch.record, monitor)
@@ -356,34 +278,8 @@ impl RecordingArena {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluator::Split;
     use tpg_tasks::task::{CartPole, Task as _, Wrappers};
-
-    fn order(expected: &[f64], threads: usize, split: Split) -> Vec<(usize, usize, usize)> {
-        let batch = Batch {
-            expected,
-            make: &|_| None,
-            episodes: 2,
-            episode_seeds: &[1, 2],
-            split,
-            conditions: Conditions::default(),
-            record: false,
-        };
-        let jobs = jobs(&batch, threads);
-        let triple = |job: &Job| (job.policy, job.first_episode, job.episodes);
-        jobs.iter().map(triple).collect()
-    }
-
-    #[test]
-    fn the_longest_go_first_and_the_last_are_split() {
-        let mut expected = vec![1.0; 9];
-        expected[3] = 7.0;
-        let line = order(&expected, 2, Split::Episodes);
-        assert_eq!(line[..3], [(3, 0, 2), (0, 0, 1), (0, 1, 1)]);
-        assert_eq!(line.len(), 1 + 2 * 8);
-        let agents = order(&expected, 2, Split::Agents);
-        assert_eq!(agents[..2], [(3, 0, 2), (0, 0, 2)]);
-        assert_eq!(agents.len(), 9);
-    }
 
     #[test]
     fn every_policy_that_cannot_be_made_comes_back_as_none() {
@@ -402,6 +298,7 @@ mod tests {
             conditions: Conditions::default(),
             record: false,
         };
-        assert_eq!(pool.score(&batch), Ok(vec![None; 40]));
+        let scored = pool.score(&batch).expect("nobody stops it");
+        assert_eq!(scored, vec![None; 40]);
     }
 }

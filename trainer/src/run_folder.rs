@@ -23,11 +23,15 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 
 use crate::config::{Config, differences};
 use crate::files;
 use crate::made_with::MadeWith;
-use crate::session::{self, Budget, Checkpoint, GenerationReport, Session, Snapshot, TaskFile};
+use crate::session::{
+    self, Budget, Checkpoint, CheckpointError, GenerationReport, Session, Snapshot, TaskFile,
+};
+use tpg_tasks::task::Spec;
 
 pub use error::RunFolderError;
 use error::{malformed, read, unwritable};
@@ -174,6 +178,28 @@ impl RunFolder {
         path: &Path,
         accept_changed_task: bool,
     ) -> Result<(Self, Session, Budget), RunFolderError> {
+        Self::open_with(path, accept_changed_task, &session::load)
+    }
+
+    /// As [`RunFolder::open`], for a run on a task whose episodes somebody else runs.
+    ///
+    /// # Errors
+    /// As for [`RunFolder::open`].
+    pub fn open_external(
+        path: &Path,
+        accept_changed_task: bool,
+        spec: &Spec,
+    ) -> Result<(Self, Session, Budget), RunFolderError> {
+        Self::open_with(path, accept_changed_task, &|checkpoint| {
+            session::load_external(checkpoint, spec)
+        })
+    }
+
+    fn open_with(
+        path: &Path,
+        accept_changed_task: bool,
+        load: &dyn Fn(&Path) -> Result<Checkpoint, CheckpointError>,
+    ) -> Result<(Self, Session, Budget), RunFolderError> {
         let run_path = path.join("run.toml");
         let checkpoint_path = path.join("checkpoint");
         if !run_path.exists() && !checkpoint_path.exists() {
@@ -191,7 +217,7 @@ impl RunFolder {
             session,
             task_files: before,
             log: mark,
-        } = session::load(&checkpoint_path)?;
+        } = load(&checkpoint_path)?;
         let run: RunFile = from_toml(&run_path)?;
         let differs = |path: &Path, what: String| RunFolderError::Differs {
             path: path.to_owned(),
@@ -387,10 +413,18 @@ fn foreign(path: &Path) -> Option<PathBuf> {
     files.find(|file| file.exists())
 }
 
-/// The files that a session's task depends on, as they are now.
+/// The files that a session's task depends on, as they are now; in place of those of a task that lies elsewhere, its description.
 fn task_files(session: &Session) -> Result<Vec<TaskFile>, RunFolderError> {
-    let sources = tpg_tasks::task::sources(&session.config().task);
     let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    let settings = session.settings();
+    if settings.external {
+        let digest = Sha256::digest(&settings.task_identity).into();
+        return Ok(vec![(
+            format!("the spaces of {}", session.config().task),
+            hex(digest),
+        )]);
+    }
+    let sources = tpg_tasks::task::sources(&session.config().task);
     let files = sources.map_err(RunFolderError::Task)?.into_iter();
     Ok(files.map(|(name, digest)| (name, hex(digest))).collect())
 }

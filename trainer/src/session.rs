@@ -15,6 +15,7 @@ mod stored_population;
 mod tests;
 mod tuning;
 
+use std::error::Error;
 use std::fmt;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -24,19 +25,21 @@ use tpg_runtime::Policy;
 use tpg_runtime::rng::mix64;
 
 use crate::config::{Config, ConfigError, Settings};
+use crate::evaluator::{Evaluator, EvaluatorError};
 use crate::evolve::{Child, Population, TeamId, Variation, select};
 use crate::front_end::Learner;
 use crate::lower::{LowerError, Mode, lower};
-use crate::monitor::Stopped;
 use crate::pool::Pool;
-use tpg_tasks::task::Rng;
+use tpg_tasks::task::{Rng, Spec};
 
 use eval_stats::EvalStats;
 use provenance::Provenance;
 use record::Candidate;
 use state::State;
 
-pub use checkpoint::{Checkpoint, CheckpointError, LogMark, Snapshot, TaskFile, load};
+pub use checkpoint::{
+    Checkpoint, CheckpointError, LogMark, Snapshot, TaskFile, load, load_external,
+};
 pub use record::Record;
 pub use report::GenerationReport;
 
@@ -165,6 +168,18 @@ pub enum SessionError {
     /// The generation was stopped before its end; it can be made again.
     #[error("stopped in the middle of a generation")]
     Stopped,
+    /// Episodes could not be run; the generation can be made again.
+    #[error("the policies of a generation could not be scored")]
+    Evaluation(#[source] Box<dyn Error + Send + Sync>),
+}
+
+impl From<EvaluatorError> for SessionError {
+    fn from(error: EvaluatorError) -> Self {
+        match error {
+            EvaluatorError::Stopped => SessionError::Stopped,
+            EvaluatorError::Failed(error) => SessionError::Evaluation(error),
+        }
+    }
 }
 
 impl Session {
@@ -174,7 +189,21 @@ impl Session {
     /// [`SessionError::Config`].
     pub fn new(config: Config, seed: u64) -> Result<Self, SessionError> {
         let settings = Settings::new(&config)?;
-        Ok(Session {
+        Ok(Session::of(config, settings, seed))
+    }
+
+    /// Begins a run on a task whose episodes somebody else runs, such as an environment in Python.
+    ///
+    /// # Errors
+    /// [`SessionError::Config`].
+    pub fn external(mut config: Config, seed: u64, spec: &Spec) -> Result<Self, SessionError> {
+        config.task.clone_from(&spec.name);
+        let settings = Settings::external(&config, spec)?;
+        Ok(Session::of(config, settings, seed))
+    }
+
+    fn of(config: Config, settings: Settings, seed: u64) -> Self {
+        Session {
             learner: front_end::learner(&settings),
             provenance: Provenance::new(&config, &settings.task_identity, seed),
             config,
@@ -183,7 +212,7 @@ impl Session {
             state: State::default(),
             exported: None,
             overhead: Overhead::default(),
-        })
+        }
     }
 
     /// Begins a run whose first generation is not random but this one, such as a fixture to measure with.
@@ -204,6 +233,12 @@ impl Session {
     #[must_use]
     pub const fn config(&self) -> &Config {
         &self.config
+    }
+
+    /// The configuration's meaning.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// The run's seed.
@@ -249,18 +284,24 @@ impl Session {
     ///
     /// # Errors
     /// [`SessionError::NothingScored`] where no individual could be scored. [`SessionError::Stopped`] soon after the
-    /// pool's monitor was stopped; the session is then as it was before, and the same generation can be made again.
-    pub fn advance(&mut self, pool: &mut Pool) -> Result<GenerationReport, SessionError> {
+    /// evaluator's monitor was stopped, and [`SessionError::Evaluation`] where it failed: the session is then as it was
+    /// before, and the same generation can be made again.
+    pub fn advance(
+        &mut self,
+        evaluator: &mut dyn Evaluator,
+    ) -> Result<GenerationReport, SessionError> {
         let before = self.state.clone();
         let started = Instant::now();
-        let scored = self.score_generation(pool);
-        let Ok((fresh, stats)) = scored else {
-            self.state = before;
-            pool.take_recordings();
-            return Err(SessionError::Stopped);
+        let (fresh, stats) = match self.score_generation(evaluator) {
+            Ok(scored) => scored,
+            Err(error) => {
+                self.state = before;
+                evaluator.take_recordings();
+                return Err(error.into());
+            }
         };
         drop(before);
-        self.learn(pool);
+        self.learn(evaluator);
         let scored = Instant::now();
         self.select(&fresh);
         self.overhead.selection += scored.elapsed();
@@ -274,7 +315,10 @@ impl Session {
     }
 
     /// Makes and scores the candidates of a generation; the new ones among them, and what scoring came to.
-    fn score_generation(&mut self, pool: &mut Pool) -> Result<(Vec<TeamId>, EvalStats), Stopped> {
+    fn score_generation(
+        &mut self,
+        evaluator: &mut dyn Evaluator,
+    ) -> Result<(Vec<TeamId>, EvalStats), EvaluatorError> {
         let started = Instant::now();
         let mut candidates = self.make_generation();
         self.overhead.variation += started.elapsed();
@@ -283,10 +327,10 @@ impl Session {
         candidates.extend(self.advance_curriculum());
         candidates.extend(self.elites());
         let episodes = candidates.len() as u64 * u64::from(self.settings.episodes);
-        pool.monitor().begin(episodes + self.planned_trials());
-        candidates.extend(self.tune(pool, &mut stats)?);
-        self.score(pool, &candidates, &mut stats)?;
-        self.race(pool, &mut stats)?;
+        evaluator.monitor().begin(episodes + self.planned_trials());
+        candidates.extend(self.tune(evaluator, &mut stats)?);
+        self.score(evaluator, &candidates, &mut stats)?;
+        self.race(evaluator, &mut stats)?;
         Ok((fresh, stats))
     }
 
@@ -442,7 +486,7 @@ impl Session {
     }
 }
 
-/// Runs generations until the budget is used up or the pool's monitor stops it; `observe` sees every generation.
+/// Runs generations until the budget is used up or the evaluator's monitor stops it; `observe` sees every generation.
 ///
 /// A limit of minutes, like the monitor, ends a generation in its middle, which then counts for nothing.
 ///
@@ -450,11 +494,11 @@ impl Session {
 /// The session's, or the observer's.
 pub fn train<E: From<SessionError>>(
     session: &mut Session,
-    pool: &mut Pool,
+    evaluator: &mut dyn Evaluator,
     budget: Budget,
     mut observe: impl FnMut(&Session, &GenerationReport) -> Result<(), E>,
 ) -> Result<(), E> {
-    let monitor = pool.monitor().clone();
+    let monitor = evaluator.monitor().clone();
     let left = budget.time_left(session);
     let (ended, over) = mpsc::channel::<()>();
     std::thread::scope(|scope| {
@@ -469,7 +513,7 @@ pub fn train<E: From<SessionError>>(
         // Dropped at the end, which wakes the thread.
         let _ended = ended;
         while budget.used(session) < 1.0 && !monitor.stopped() {
-            match session.advance(pool) {
+            match session.advance(evaluator) {
                 Ok(report) => observe(session, &report)?,
                 Err(SessionError::Stopped) => break,
                 Err(error) => return Err(error.into()),

@@ -11,7 +11,7 @@ use crate::front_end::{FrontEndParams, action_variables};
 use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
 use tpg_tasks::eval::{Arena, Shaping};
-use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Wrappers, stack_text};
+use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Spec, Wrappers, stack_text};
 
 /// Everything that a run needs to know, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Settings {
     pub task: String,
     /// What fixes the task wherever its files lie.
     pub task_identity: String,
+    /// Whether somebody else runs the task's episodes, so that it cannot be made here.
+    pub external: bool,
     /// What genes programs have.
     pub genes: Genes,
     /// What exported policies say of themselves apart from their graph.
@@ -64,7 +66,30 @@ impl Settings {
         }
         let wrong_task = |why: String| ConfigError::text("task", &config.task, why);
         let task = task::create(&config.task).map_err(|e| wrong_task(e.to_string()))?;
-        let spec = task.spec();
+        let identity = task::identity(&config.task).map_err(|e| wrong_task(e.to_string()))?;
+        Self::of(config, task.spec(), identity, false)
+    }
+
+    /// Checks what a configuration means for a task whose episodes somebody else runs, such as an environment in Python.
+    /// The configuration's own task is not looked at.
+    ///
+    /// # Errors
+    /// As for [`Settings::new`], and where reward terms are shaped, which such a task does not tell.
+    pub fn external(config: &Config, spec: &Spec) -> Result<Self, ConfigError> {
+        schema::check(&table(config)?)?;
+        if !config.evaluation.shaping.is_default() {
+            let why = "the task gives its reward as one number, so no terms of it can be weighted";
+            return Err(ConfigError::text("evaluation.shaping", &spec.name, why));
+        }
+        Self::of(config, spec, format!("{spec:?}"), true)
+    }
+
+    fn of(
+        config: &Config,
+        spec: &Spec,
+        task_identity: String,
+        external: bool,
+    ) -> Result<Self, ConfigError> {
         let mut observability = config.observability.clone();
         observability.retain(|part| *part != Observability::None);
         let stack = stack_text(&observability);
@@ -90,7 +115,8 @@ impl Settings {
         let front_end_columns = front_end::check(&config.front_end, wrappers.inputs(), variables)?;
         Ok(Settings {
             task: config.task.clone(),
-            task_identity: task::identity(&config.task).map_err(|e| wrong_task(e.to_string()))?,
+            task_identity,
+            external,
             genes: Genes {
                 shape: policy_spec.shape,
                 ops,

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::{Session, State};
+use super::{Session, SessionError, State};
 use crate::config::Config;
 use crate::files;
 use crate::front_end::Learner;
+use tpg_tasks::task::Spec;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
 const VERSION: u32 = 5;
@@ -64,6 +65,7 @@ struct Stored {
 /// A session as it stands between two generations.
 ///
 /// It shares the session's genomes, so training can go on while this is written.
+#[derive(Clone)]
 pub struct Snapshot {
     config: Config,
     seed: u64,
@@ -128,6 +130,21 @@ impl Snapshot {
 /// # Errors
 /// [`CheckpointError`] if the file cannot be read, is damaged, or was written by another version.
 pub fn load(path: &Path) -> Result<Checkpoint, CheckpointError> {
+    load_with(path, Session::new)
+}
+
+/// Reads the checkpoint of a run on a task whose episodes somebody else runs.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_external(path: &Path, spec: &Spec) -> Result<Checkpoint, CheckpointError> {
+    load_with(path, |config, seed| Session::external(config, seed, spec))
+}
+
+fn load_with(
+    path: &Path,
+    make: impl FnOnce(Config, u64) -> Result<Session, SessionError>,
+) -> Result<Checkpoint, CheckpointError> {
     let bytes = std::fs::read(path).map_err(|source| CheckpointError::Io {
         action: "read",
         path: path.to_owned(),
@@ -159,7 +176,7 @@ pub fn load(path: &Path) -> Result<Checkpoint, CheckpointError> {
         let why = "it names teams, programs or scores that it does not hold";
         return Err(malformed(path, &why));
     }
-    let session = Session::new(config, stored.seed).map_err(|why| malformed(path, &why))?;
+    let session = make(config, stored.seed).map_err(|why| malformed(path, &why))?;
     Ok(Checkpoint {
         session: Session {
             state: stored.state,

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use super::Session;
 use crate::config::Settings;
+use crate::evaluator::Evaluator;
 use crate::front_end::Learner;
 use crate::lower::PolicySpec;
-use crate::pool::Pool;
 
 /// The learner of a run that has just begun.
 pub(super) fn learner(settings: &Settings) -> Option<Learner> {
@@ -29,8 +29,8 @@ impl Session {
     }
 
     /// Learns from what this generation's training showed, for the next one.
-    pub(super) fn learn(&mut self, pool: &mut Pool) {
-        let recordings = pool.take_recordings();
+    pub(super) fn learn(&mut self, evaluator: &mut dyn Evaluator) {
+        let recordings = evaluator.take_recordings();
         let actions = self.settings.policy_spec.shape.actions;
         if let Some(learner) = &mut self.learner {
             learner.learn(

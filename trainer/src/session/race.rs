@@ -6,10 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Session;
 use super::eval_stats::EvalStats;
+use crate::evaluator::{Batch, Evaluator, EvaluatorError};
 use crate::evolve::TeamId;
 use crate::lower::Mode;
-use crate::monitor::Stopped;
-use crate::pool::{Batch, Pool};
 use tpg_tasks::eval::{Conditions, Domain, episode_seed};
 use tpg_tasks::stats::{mean, standard_deviation};
 
@@ -67,7 +66,11 @@ impl Race {
 
 impl Session {
     /// Where a race is due, lets the best agents run for champion against the last one.
-    pub(super) fn race(&mut self, pool: &mut Pool, stats: &mut EvalStats) -> Result<(), Stopped> {
+    pub(super) fn race(
+        &mut self,
+        evaluator: &mut dyn Evaluator,
+        stats: &mut EvalStats,
+    ) -> Result<(), EvaluatorError> {
         let params = self.settings.selection;
         let due = (self.state.generation + 1).is_multiple_of(u64::from(params.every.max(1)));
         if params.candidates == 0 || !(due || self.state.race.champion.is_none()) {
@@ -84,7 +87,7 @@ impl Session {
         let mut run = 0;
         while run < last {
             let next = (run + batch).min(last);
-            self.run_on(pool, &runners, run..next, stats)?;
+            self.run_on(evaluator, &runners, run..next, stats)?;
             self.state.race.eliminate(&mut runners, next, last);
             run = next;
         }
@@ -95,11 +98,11 @@ impl Session {
     /// Runs these episodes of the list with those that have not yet run them.
     fn run_on(
         &mut self,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         runners: &[TeamId],
         numbers: std::ops::Range<usize>,
         stats: &mut EvalStats,
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), EvaluatorError> {
         let fresh: Vec<TeamId> = runners
             .iter()
             .copied()
@@ -117,8 +120,8 @@ impl Session {
             .iter()
             .map(|r| self.state.records[r].steps_mean)
             .collect();
-        pool.monitor().plan((fresh.len() * seeds.len()) as u64);
-        let results = pool.score(&Batch {
+        evaluator.monitor().plan((fresh.len() * seeds.len()) as u64);
+        let results = evaluator.score(&Batch {
             expected: &expected,
             make: &make,
             episodes: seeds.len(),

@@ -1,24 +1,22 @@
 //! Scoring the roots of a generation.
 
-use tpg_runtime::Policy;
 use tpg_runtime::blob::ResetScope;
 
 use super::Session;
 use super::eval_stats::EvalStats;
 use super::record::Candidate;
+use crate::evaluator::{Alone, Batch, Evaluator, EvaluatorError, Split};
 use crate::lower::Mode;
-use crate::monitor::Stopped;
-use crate::pool::{Batch, Pool, Split};
 use tpg_tasks::eval::{Domain, episode_seed};
 
 impl Session {
     /// Scores new roots on the very bytes that would be exported, and records them.
     pub(super) fn score(
         &mut self,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         candidates: &[Candidate],
         stats: &mut EvalStats,
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), EvaluatorError> {
         let episodes = u64::from(self.settings.episodes);
         let seeds: Vec<u64> = (0..episodes)
             .map(|k| episode_seed(Domain::Train, self.seed, self.state.generation, k))
@@ -26,7 +24,7 @@ impl Session {
         match self.settings.policy_spec.reset_scope {
             ResetScope::PerGeneration => {
                 self.state.memory = None;
-                self.score_in_turn(pool, candidates, &seeds, stats)
+                self.score_in_turn(evaluator, candidates, &seeds, stats)
             }
             ResetScope::Original => {
                 let fallen =
@@ -34,9 +32,9 @@ impl Session {
                 if self.settings.wipe_on_fall && fallen {
                     self.state.memory = None;
                 }
-                self.score_in_turn(pool, candidates, &seeds, stats)
+                self.score_in_turn(evaluator, candidates, &seeds, stats)
             }
-            _ => self.score_apart(pool, candidates, &seeds, stats),
+            _ => self.score_apart(evaluator, candidates, &seeds, stats),
         }
     }
 
@@ -48,14 +46,14 @@ impl Session {
         }
     }
 
-    /// Scores roots that share nothing, on all threads.
+    /// Scores roots that share nothing, on all workers.
     fn score_apart(
         &mut self,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         candidates: &[Candidate],
         seeds: &[u64],
         stats: &mut EvalStats,
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), EvaluatorError> {
         let expected: Vec<f64> = candidates.iter().map(|n| n.expected).collect();
         let make = |k: usize| {
             let root = candidates[k].root;
@@ -64,7 +62,7 @@ impl Session {
             let generation = record.map_or(self.state.generation, |r| r.generation);
             self.export(root, generation, None, Mode::Compact).ok()
         };
-        let results = pool.score(&Batch {
+        let results = evaluator.score(&Batch {
             expected: &expected,
             make: &make,
             episodes: seeds.len(),
@@ -89,11 +87,11 @@ impl Session {
     /// The thesis's pool interleaved its processes at random; a fixed order makes runs repeatable.
     fn score_in_turn(
         &mut self,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         candidates: &[Candidate],
         seeds: &[u64],
         stats: &mut EvalStats,
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), EvaluatorError> {
         for Candidate { root, .. } in candidates {
             let found = self.state.memory.clone();
             let blob = self
@@ -104,10 +102,13 @@ impl Session {
                     Mode::Compact,
                 )
                 .ok();
-            let policy = blob.as_deref().and_then(|blob| Policy::load(blob).ok());
-            let (conditions, record) = (self.training_conditions(), self.learner.is_some());
-            let result = match policy {
-                Some(policy) => pool.score_alone(policy, seeds, conditions, record)?,
+            let result = match &blob {
+                Some(blob) => evaluator.score_alone(&Alone {
+                    blob,
+                    episode_seeds: seeds,
+                    conditions: self.training_conditions(),
+                    record: self.learner.is_some(),
+                })?,
                 None => None,
             };
             let (episodes, memory) = result.unzip();

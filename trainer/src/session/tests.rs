@@ -1,13 +1,20 @@
 //! What a session does between generations that no file shows.
 
+use std::sync::Arc;
+
 use tpg_runtime::blob::ResetScope;
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
-use super::Session;
 use super::eval_stats::EvalStats;
+use super::{Session, SessionError};
 use crate::config::{Preset, resolve};
+use crate::evaluator::{Alone, AloneScore, Batch, Evaluator, EvaluatorError};
 use crate::evolve::{ResetRule, TeamId};
+use crate::front_end::Recording;
 use crate::lower::Mode;
+use crate::monitor::Monitor;
+use crate::pool::Pool;
+use tpg_tasks::eval::Episode;
 use tpg_tasks::task::Rng;
 
 fn session(preset: &str) -> Session {
@@ -169,9 +176,63 @@ fn a_fallen_median_wipes_the_memory() {
         session.state.medians = medians;
         let candidates = session.make_generation();
         let scored = session.score(&mut pool, &candidates, &mut EvalStats::default());
-        assert_eq!(scored, Ok(()));
+        scored.expect("nobody stops it");
         let first = &session.state.records[&candidates[0].root];
         assert_eq!(first.memory.is_none(), wiped, "{medians:?}");
+    }
+}
+
+/// A pool that fails at one of its batches.
+struct Failing {
+    pool: Pool,
+    batches_left: usize,
+}
+
+impl Evaluator for Failing {
+    fn monitor(&self) -> &Arc<Monitor> {
+        self.pool.monitor()
+    }
+
+    fn score(&mut self, batch: &Batch<'_>) -> Result<Vec<Option<Vec<Episode>>>, EvaluatorError> {
+        if self.batches_left == 0 {
+            return Err(EvaluatorError::Failed("the wire broke".into()));
+        }
+        self.batches_left -= 1;
+        self.pool.score(batch)
+    }
+
+    fn score_alone(&mut self, alone: &Alone<'_>) -> Result<Option<AloneScore>, EvaluatorError> {
+        self.pool.score_alone(alone)
+    }
+
+    fn take_recordings(&mut self) -> Vec<Recording> {
+        self.pool.take_recordings()
+    }
+}
+
+/// A generation in which scoring fails, at any of its batches, counts for nothing and can be made again.
+#[test]
+fn a_generation_that_could_not_be_scored_leaves_no_trace() {
+    let mut session = session("cartpole-champion");
+    let mut undisturbed = session_with("cartpole-champion", &[]);
+    let mut pool = session.pool(1).expect("an arena");
+    for batches_left in [0, 0, 1, 5, 4] {
+        let mut failing = Failing {
+            pool: session.pool(1).expect("an arena"),
+            batches_left,
+        };
+        let before = session.state.clone();
+        let error = session.advance(&mut failing).expect_err("it fails");
+        let SessionError::Evaluation(cause) = error else {
+            panic!("{error}");
+        };
+        assert_eq!(cause.to_string(), "the wire broke");
+        assert_eq!(session.state, before);
+        for session in [&mut session, &mut undisturbed] {
+            session.advance(&mut pool).expect("a generation");
+        }
+        let champions = [&session, &undisturbed].map(|s| s.export_champion().expect("one"));
+        assert_eq!(champions[0], champions[1]);
     }
 }
 

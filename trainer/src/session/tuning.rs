@@ -7,10 +7,9 @@ use tpg_runtime::rng::mix64;
 use super::Session;
 use super::eval_stats::EvalStats;
 use super::record::Candidate;
+use crate::evaluator::{Batch, Evaluator, EvaluatorError};
 use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
-use crate::monitor::Stopped;
-use crate::pool::{Batch, Pool};
 use crate::tune::{RecentMean, Search, Trial};
 use tpg_tasks::eval::{Domain, episode_seed};
 use tpg_tasks::stats::mean;
@@ -115,9 +114,9 @@ impl Session {
     /// Tunes every lineage and adds what came of it to the population, to be scored with the generation.
     pub(super) fn tune(
         &mut self,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         stats: &mut EvalStats,
-    ) -> Result<Vec<Candidate>, Stopped> {
+    ) -> Result<Vec<Candidate>, EvaluatorError> {
         let mut candidates = Vec::new();
         self.hold_lineages();
         if self.state.generation == 0 {
@@ -128,7 +127,7 @@ impl Session {
         let mut lineages = std::mem::take(&mut self.state.lineages);
         for lineage in &mut lineages {
             let before = lineage.root;
-            let roots = self.tune_lineage(lineage, pool, &mut rng, &mut episode, stats)?;
+            let roots = self.tune_lineage(lineage, evaluator, &mut rng, &mut episode, stats)?;
             self.state.population.roots.extend(&roots);
             candidates.extend(roots.into_iter().map(|root| self.candidate(root, before)));
         }
@@ -196,11 +195,11 @@ impl Session {
     fn tune_lineage(
         &mut self,
         lineage: &mut Lineage,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         rng: &mut Rng,
         episode: &mut u64,
         stats: &mut EvalStats,
-    ) -> Result<Vec<TeamId>, Stopped> {
+    ) -> Result<Vec<TeamId>, EvaluatorError> {
         let params = self.settings.tuning;
         let due = |after: u32| after > 0 && lineage.iterations >= u64::from(after);
         let (growth, memory) = (due(params.grow_after), due(params.remember_after));
@@ -220,7 +219,7 @@ impl Session {
         for _ in 0..params.iterations {
             let cooled = params.cooled(lineage.iterations);
             let search = Search::new(&cooled, &values, rng);
-            let trials = self.try_directions(&search, &tunable, pool, episode, stats)?;
+            let trials = self.try_directions(&search, &tunable, evaluator, episode, stats)?;
             lineage.update_trial_average(&trials);
             values = search.step(&trials);
             lineage.mean.push(&values);
@@ -303,10 +302,10 @@ impl Session {
         &self,
         search: &Search<'_>,
         tunable: &Tunable,
-        pool: &mut Pool,
+        evaluator: &mut dyn Evaluator,
         episode: &mut u64,
         stats: &mut EvalStats,
-    ) -> Result<Vec<Trial>, Stopped> {
+    ) -> Result<Vec<Trial>, EvaluatorError> {
         let params = &self.settings.tuning;
         let (directions, episodes) = (params.directions as usize, params.episodes as usize);
         let numbers = *episode..*episode + (directions * episodes) as u64;
@@ -315,7 +314,7 @@ impl Session {
             .map(|k| episode_seed(Domain::Train, self.seed, self.state.generation, k))
             .collect();
         let make = |trial: usize| tunable.blob(&search.constants(trial));
-        let results = pool.score(&Batch {
+        let results = evaluator.score(&Batch {
             expected: &vec![0.0; 2 * directions],
             make: &make,
             episodes,

@@ -144,7 +144,9 @@ fn check_fit(header: &Header, spec: &Spec, seen: usize) -> Result<(), Failure> {
     Ok(())
 }
 
-fn header_actions(header: &Header) -> ActionSpace {
+/// The actions that a policy chooses from.
+#[must_use]
+pub fn header_actions(header: &Header) -> ActionSpace {
     match header.outputs() {
         0 => ActionSpace::Discrete(header.actions),
         _ => ActionSpace::Continuous {

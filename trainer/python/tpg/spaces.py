@@ -1,0 +1,125 @@
+"""Gymnasium's spaces as policies see them: flat observations, and an index or a vector of values as the action."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+#: Steps after which an episode ends, where neither environment nor caller say.
+MAX_STEPS = 10_000
+#: Seconds between two decisions, where neither environment nor caller say.
+PERIOD = 0.02
+
+
+@dataclass(frozen=True)
+class Task:
+    """What evolution needs to know of an environment."""
+
+    name: str
+    observation_space: spaces.Space
+    action_space: spaces.Space
+    max_steps: int = MAX_STEPS
+    period: float = PERIOD
+
+    @classmethod
+    def of(
+        cls, env: Any, name: str | None = None, max_steps: int | None = None, period: float | None = None
+    ) -> Task:
+        """Describes an environment or vector environment; arguments that are given win over what it says of itself."""
+        spec = getattr(env, "spec", None)
+        inner = getattr(env, "unwrapped", env)
+        return cls(
+            name or (spec.id if spec is not None else type(inner).__name__),
+            getattr(env, "single_observation_space", env.observation_space),
+            getattr(env, "single_action_space", env.action_space),
+            max_steps or getattr(spec, "max_episode_steps", None) or MAX_STEPS,
+            period or _period(env, inner),
+        )
+
+    def described(self) -> tuple[str, int, bool, int, float, float, int, float]:
+        """The form in which the compiled part takes it.
+
+        Raises:
+            TypeError: a space cannot be flattened, or actions are neither Discrete nor a Box.
+            ValueError: the values of an action have different bounds, or none.
+        """
+        inputs = flat_length(self.observation_space, self.name)
+        discrete, count, low, high = _actions(self.action_space, self.name)
+        return self.name, inputs, discrete, count, low, high, self.max_steps, self.period
+
+
+def _period(env: Any, inner: Any) -> float:
+    step = getattr(inner, "dt", None)
+    if isinstance(step, (int, float)) and step > 0:
+        return float(step)
+    rate = (getattr(env, "metadata", None) or {}).get("render_fps")
+    return 1 / rate if rate else PERIOD
+
+
+def flat_length(space: spaces.Space, name: str) -> int:
+    """Numbers of a flat observation. A Discrete space is one number for each value, one of which is 1."""
+    if isinstance(space, spaces.Box) and not np.issubdtype(space.dtype, np.number):
+        raise TypeError(f"{name}: observations of {space.dtype} are no numbers")
+    if not space.is_np_flattenable:
+        raise TypeError(
+            f"{name}: the observation space {space} cannot be flattened to numbers; wrap the environment so that it "
+            "observes a Box, Discrete, or a Dict or Tuple of these"
+        )
+    return spaces.flatdim(space)
+
+
+def _actions(space: spaces.Space, name: str) -> tuple[bool, int, float, float]:
+    if isinstance(space, spaces.Discrete):
+        return True, int(space.n), 0.0, 0.0
+    if not isinstance(space, spaces.Box):
+        raise TypeError(f"{name}: the action space {space} is neither Discrete nor a Box; wrap the environment")
+    if not np.issubdtype(space.dtype, np.floating):
+        raise TypeError(f"{name}: actions of {space.dtype} are not supported; wrap the environment")
+    low, high = np.unique(space.low), np.unique(space.high)
+    if len(low) != 1 or len(high) != 1 or not np.isfinite([low[0], high[0]]).all():
+        raise ValueError(
+            f"{name}: the values of an action must all have the same finite bounds, not {space}; wrap the environment in "
+            "gymnasium.wrappers.RescaleAction(env, -1, 1)"
+        )
+    return False, int(np.prod(space.shape)), float(low[0]), float(high[0])
+
+
+def flattener(space: spaces.Space) -> Callable[[Any], np.ndarray]:
+    """A function from an observation to its flat form. It raises `ValueError` if the observation is not of the space's shape."""
+    length = spaces.flatdim(space)
+
+    def box(observation: Any) -> np.ndarray:
+        array = np.asarray(observation)
+        if array.shape != space.shape:
+            raise ValueError(f"the observation has shape {array.shape}, but its space says {space.shape}")
+        return array.reshape(-1)
+
+    def other(observation: Any) -> np.ndarray:
+        flat = spaces.flatten(space, observation)
+        if np.shape(flat) != (length,):
+            raise ValueError(f"the observation {observation!r} is not of its space {space}")
+        return flat
+
+    return box if isinstance(space, spaces.Box) else other
+
+
+def to_action(space: spaces.Space) -> Callable[[Any], Any]:
+    """A function from a policy's action to the environment's."""
+    if isinstance(space, spaces.Discrete):
+        start = int(space.start)
+        return lambda action: int(action) + start
+    shape, dtype = space.shape, space.dtype
+    return lambda action: action.reshape(shape).astype(dtype, copy=False)
+
+
+def to_actions(space: spaces.Space) -> Callable[[np.ndarray], np.ndarray]:
+    """The same for the actions of a vector environment, of which each row is one."""
+    if isinstance(space, spaces.Discrete):
+        start = space.start
+        return lambda actions: (actions + start).astype(space.dtype, copy=False)
+    shape, dtype = space.shape, space.dtype
+    return lambda actions: actions.reshape(-1, *shape).astype(dtype, copy=False)
