@@ -206,6 +206,12 @@ impl Session {
         &self.config
     }
 
+    /// What the configuration means.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// The run's seed.
     #[must_use]
     pub const fn seed(&self) -> u64 {
