@@ -48,7 +48,7 @@ MODELS = (
 PERIOD = 0.02
 # Few trials of short episodes: whether it works is asked, not how well it learns.
 TRAINING = shlex.split(
-    "--seed 1 --threads 1 --generations 1 --set tuning.lines=1 --set tuning.iterations=2 --set tuning.directions=4 "
+    "--seed 1 --threads 1 --generations 4 --set tuning.lines=1 --set tuning.iterations=2 --set tuning.directions=4 "
     "--set tuning.top=2 --set selection.candidates=0"
 )
 WIDEST = 32
@@ -94,13 +94,15 @@ def row(tpg, packages, out, model):
     try:
         task, inputs, outputs = describe(packages / model, name, out)
     except ValueError as error:
-        return False, f"{start} – | – | MuJoCo's own reader refuses it: {str(error).splitlines()[0]} ||||||"
+        return False, f"{start} – | – | MuJoCo's own reader refuses it: {str(error).splitlines()[0]} | – | – | – | – | – |"
     start += f" {inputs} | {outputs} |"
     champion = out / "runs" / name / "champion.tpg"
     subprocess.run(["rm", "-rf", champion.parent], check=True)
+    # Longer observations pass by vectors of the greatest width.
+    width = ["--set", f"policy.width={WIDEST}"] if inputs > WIDEST else []
     begin = time.monotonic()
     try:
-        run(tpg, "train", "champion", "--task", task, "--out", champion.parent, *TRAINING)
+        run(tpg, "train", "champion", "--task", task, "--out", champion.parent, *TRAINING, *width)
         seconds = time.monotonic() - begin
         steps = int((champion.parent / "log.csv").read_text().splitlines()[-1].split(",")[1])
         score = ["--task", task, "--episodes", 3, "--json"]
@@ -109,7 +111,7 @@ def row(tpg, packages, out, model):
         figures = json.loads(run(tpg, "inspect", champion, "--json"))
         run(tpg, "export", champion, "--rust", champion.parent / "policy.rs", "--c", champion.parent / "policy.c")
     except RuntimeError as error:
-        return False, f"{start} {error} ||||||"
+        return False, f"{start} {error} | – | – | – | – | – |"
     same = "equal" if alone["returns"] == loop["returns"] else "DIFFERENT"
     return same == "equal", (
         f"{start} {seconds:.1f} | {steps} | {alone['mean']:.2f} | {same} | {figures['blob_bytes']} | yes |"

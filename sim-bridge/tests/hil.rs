@@ -181,7 +181,7 @@ fn a_slow_start_has_a_deadline_of_its_own() {
     let link = ["--run", &run, "--timeout-ms", "3000"];
     let patient = [&link[..], &["--start-timeout-ms", "60000"]].concat();
     let controller = Process::start(CONTROLLER, &file, &patient);
-    std::thread::sleep(Duration::from_millis(3500));
+    std::thread::sleep(std::time::Duration::from_millis(3500));
     let plant = Process::start(PLANT, &file, &[&link[..], &["--episodes", "1"]].concat());
     for end in [plant.end(), controller.end()] {
         assert!(end.status.success(), "{end:?}");

@@ -1,6 +1,6 @@
 //! Tasks by name.
 
-use super::{Acrobot, CartPole, Pendulum, Task, UnknownTask};
+use super::{Acrobot, CartPole, Pendulum, Randomization, Task, UnknownTask};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -112,18 +112,6 @@ pub fn names() -> &'static [&'static str] {
 /// ```
 pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
     create_with(name, Randomization::On)
-}
-
-/// Whether a described task differs from episode to episode as its file says: its `[randomize]`, and the `offset` of its
-/// observations. No built-in task does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Randomization {
-    /// As the file says.
-    #[default]
-    On,
-    /// All episodes have the model as its file has it, and true observations.
-    Off,
 }
 
 /// Makes a task as [`create`] does, with its randomization on or off.
