@@ -4,7 +4,7 @@ use core::marker::PhantomData;
 
 use heapless::Vec;
 
-use crate::decision::{Decision, ObservationError, Reset};
+use crate::decision::{Decision, ObservationError, Reset, Restore};
 use crate::exec::Machine;
 use crate::math;
 use crate::memory::IndexedStream;
@@ -117,6 +117,12 @@ impl<
     /// `agent_seed` determines the random streams; where nothing is reset it is not used.
     pub fn reset(&mut self, what: Reset, agent_seed: u64) {
         self.machine().sliced().reset(what, agent_seed);
+    }
+
+    /// Sets registers, shared memory or both to their initial values, as in an ablation. Random streams and the front end
+    /// go on as they are.
+    pub fn restore(&mut self, what: Restore) {
+        self.machine().sliced().restore(what);
     }
 
     /// Chooses the action for an observation; runs at most [`Policy::bounds`] instructions.

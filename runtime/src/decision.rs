@@ -36,6 +36,17 @@ pub enum Reset {
     Episode,
 }
 
+/// What an agent forgets between two decisions of an experiment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Restore {
+    /// The registers of its programs.
+    Registers,
+    /// The memory that programs share.
+    Memory,
+    /// Both.
+    All,
+}
+
 /// An observation of another length than the policy's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ObservationError {

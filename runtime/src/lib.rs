@@ -77,7 +77,7 @@ pub mod wire;
 
 pub use agent::{Agent, HostAgent};
 pub use blob::{Blob, Header};
-pub use decision::{Action, Decision, ObservationError, Reset};
+pub use decision::{Action, Decision, ObservationError, Reset, Restore};
 pub use sizing::{Capacities, CapacityError};
 pub use slices::{SliceAgent, Slices};
 pub use verify::{Bounds, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};

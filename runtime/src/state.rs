@@ -3,7 +3,7 @@
 use core::borrow::BorrowMut;
 
 use crate::blob::{ActionKind, Header, MemoryModel};
-use crate::decision::{Action, Decision, ObservationError, Reset};
+use crate::decision::{Action, Decision, ObservationError, Reset, Restore};
 use crate::exec::{self, Machine, Run, Vectors};
 #[cfg(feature = "front-end")]
 use crate::front_end;
@@ -76,6 +76,18 @@ impl Machine<'_, '_, [f32]> {
         if registers {
             reset_registers(self.policy, self.words);
             *self.indexed = seed_streams(self.policy, self.streams, agent_seed);
+        }
+    }
+}
+
+impl Machine<'_, '_, [f32]> {
+    /// Sets registers or shared memory to their initial values. Random streams and the front end go on.
+    pub(crate) fn restore(self, what: Restore) {
+        if what != Restore::Registers {
+            restore_memory(self.policy, self.words);
+        }
+        if what != Restore::Memory {
+            reset_registers(self.policy, self.words);
         }
     }
 }

@@ -24,6 +24,49 @@ impl TimeoutArgs {
     }
 }
 
+/// How long to wait for the other process, which may have a model to compile before it appears.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct DeadlineArgs {
+    /// Once it is there.
+    #[command(flatten)]
+    pub timeout: TimeoutArgs,
+    /// Deadline for the other process to appear, in milliseconds; by default 120000 where tpg hil starts both, else as
+    /// --timeout-ms.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=86_400_000))]
+    pub start_timeout_ms: Option<u64>,
+}
+
+/// Deadlines of waits for the other process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Deadlines {
+    /// For it to appear.
+    pub start: Duration,
+    /// For each of its answers.
+    pub answer: Duration,
+}
+
+impl From<Duration> for Deadlines {
+    /// The same for both.
+    fn from(deadline: Duration) -> Self {
+        Deadlines {
+            start: deadline,
+            answer: deadline,
+        }
+    }
+}
+
+impl DeadlineArgs {
+    /// The deadlines.
+    #[must_use]
+    pub fn deadlines(self) -> Deadlines {
+        let answer = self.timeout.timeout();
+        Deadlines {
+            start: self.start_timeout_ms.map_or(answer, Duration::from_millis),
+            answer,
+        }
+    }
+}
+
 /// Whether and how a plant keeps to real time.
 #[cfg(feature = "plant")]
 #[derive(Debug, Clone, Copy, clap::Args)]
@@ -57,7 +100,7 @@ pub struct LinkArgs {
     pub run: RunName,
     /// How long to wait.
     #[command(flatten)]
-    pub timeout: TimeoutArgs,
+    pub deadlines: DeadlineArgs,
     /// Say nothing but errors, and end when standard input closes: for `tpg-hil`, which starts both.
     #[arg(long)]
     pub attached: bool,

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
+use crate::args::Deadlines;
 use crate::error::BridgeError;
 use crate::handshake::Handshake;
 use crate::link::Link;
@@ -30,12 +31,12 @@ impl<'p> Server<'p> {
         policy: Policy<'p>,
         blob: &[u8],
         run: &RunName,
-        timeout: Duration,
+        deadlines: impl Into<Deadlines>,
     ) -> Result<Self, BridgeError> {
         let handshake = Handshake::new(&policy, blob)?;
         let rest = Duration::from_micros(policy.header().control_period_us.into()) / 2;
         let agent = Box::new(HostAgent::new(policy)?);
-        let link = Link::connect(run, &handshake, timeout)?;
+        let link = Link::connect(run, &handshake, deadlines)?;
         Ok(Server { agent, rest, link })
     }
 

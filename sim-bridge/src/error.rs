@@ -61,7 +61,8 @@ pub enum BridgeError {
     },
     /// The other process did not appear.
     #[error(
-        "no {peer} joined run {run} within {waited_ms} ms: start `tpg-{peer} FILE.tpg --run {run}`, or check --run"
+        "no {peer} joined run {run} within {waited_ms} ms: start `tpg-{peer} FILE.tpg --run {run}`, check --run, or, where \
+         its model takes long to compile, wait longer by --start-timeout-ms"
     )]
     NotConnected {
         /// Who was waited for.

@@ -14,11 +14,14 @@ use tpg_tasks::console::print;
 use tpg_tasks::exit_status::{Failure, Status};
 use tpg_tasks::score::ScoreArgs;
 
-use crate::args::{ControllerArgs, PaceArgs, TimeoutArgs};
+use crate::args::{ControllerArgs, DeadlineArgs, PaceArgs};
 use crate::interrupt;
 use crate::outcome::failure;
 use crate::run::{self, RunName};
 
+/// Time for a process that this one started to appear, in milliseconds. Its end is noticed at once, so a long time costs
+/// nothing, and models with many meshes compile for long.
+const START_TIMEOUT_MS: u64 = 120_000;
 const PLANT: &str = "tpg-plant";
 const CONTROLLER: &str = "tpg-controller";
 /// Time between two looks at the children.
@@ -53,7 +56,7 @@ pub struct HilArgs {
     controller: ControllerArgs,
     /// How long to wait.
     #[command(flatten)]
-    timeout: TimeoutArgs,
+    deadlines: DeadlineArgs,
 }
 
 /// Runs the loop; `forwarded` are the arguments as they were given, which the plant understands too.
@@ -67,15 +70,18 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
     let [plant_path, controller_path] = [sibling(PLANT)?, sibling(CONTROLLER)?];
     interrupt::install().map_err(failure)?;
     let name = RunName::unique().to_string();
+    let start_timeout_ms = args.deadlines.start_timeout_ms.unwrap_or(START_TIMEOUT_MS);
+    let start_timeout_ms = start_timeout_ms.to_string();
     let mut plant = Part::start(PLANT, &plant_path, |command| {
-        command
-            .args(["--run", &name, "--attached"])
-            .args(forwarded)
-            .stdout(Stdio::piped());
+        command.args(["--run", &name, "--attached"]);
+        if args.deadlines.start_timeout_ms.is_none() {
+            command.args(["--start-timeout-ms", &start_timeout_ms]);
+        }
+        command.args(forwarded).stdout(Stdio::piped());
     })?;
     let start_controller = || {
         Part::start(CONTROLLER, &controller_path, |command| {
-            let timeout_ms = args.timeout.timeout_ms.to_string();
+            let timeout_ms = args.deadlines.timeout.timeout_ms.to_string();
             command
                 .args([
                     "--run",
@@ -83,6 +89,8 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
                     "--attached",
                     "--timeout-ms",
                     &timeout_ms,
+                    "--start-timeout-ms",
+                    &start_timeout_ms,
                     "--",
                 ])
                 .arg(&setup.file)

@@ -62,7 +62,7 @@ pub mod update;
 
 #[cfg(feature = "plant")]
 pub use args::{ControllerArgs, PaceArgs};
-pub use args::{LinkArgs, TimeoutArgs};
+pub use args::{DeadlineArgs, Deadlines, LinkArgs, TimeoutArgs};
 pub use controller::Server;
 pub use error::BridgeError;
 pub use handshake::Handshake;

@@ -13,6 +13,7 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
+use crate::args::Deadlines;
 use crate::domain;
 use crate::error::BridgeError;
 use crate::handshake::Handshake;
@@ -49,15 +50,15 @@ pub struct Link<S: Message, R: Message> {
 impl<S: Message, R: Message> Link<S, R> {
     /// Joins a run and waits for its peer, in whatever order they start.
     ///
-    /// `timeout` is the deadline of this wait and of every later one.
     ///
     /// # Errors
     /// Any [`BridgeError`] that concerns connecting.
     pub fn connect(
         run: &RunName,
         handshake: &Handshake,
-        timeout: Duration,
+        deadlines: impl Into<Deadlines>,
     ) -> Result<Self, BridgeError> {
+        let deadlines = deadlines.into();
         let start = Instant::now();
         let presence = Presence::enter(run)?;
         let node = domain::node(run, S::SENDER.name())?;
@@ -80,11 +81,11 @@ impl<S: Message, R: Message> Link<S, R> {
             if let Some(met) = meet::<R>(&node, run)? {
                 break met;
             }
-            if pause()? >= timeout {
+            if pause()? >= deadlines.start {
                 return Err(BridgeError::NotConnected {
                     peer: R::SENDER,
                     run: run.to_string(),
-                    waited_ms: timeout.as_millis(),
+                    waited_ms: deadlines.start.as_millis(),
                 });
             }
         };
@@ -108,8 +109,8 @@ impl<S: Message, R: Message> Link<S, R> {
                 return Err(peer.gone(node.config()));
             }
             let waited = pause()?;
-            if waited >= timeout {
-                peer.look(node.config(), waited, timeout)?;
+            if waited >= deadlines.start {
+                peer.look(node.config(), waited, deadlines.start)?;
             }
         }
         Ok(Link {
@@ -118,7 +119,7 @@ impl<S: Message, R: Message> Link<S, R> {
             theirs,
             node,
             peer,
-            timeout,
+            timeout: deadlines.answer,
             _presence: presence,
         })
     }

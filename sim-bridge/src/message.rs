@@ -14,6 +14,13 @@ pub const MAX_OBSERVATION: usize = 512;
 /// Most outputs of a continuous action that a message holds.
 pub const MAX_ACTION: usize = 64;
 
+// The trainer, which does not know this crate, warns of the same limits.
+#[cfg(feature = "plant")]
+const _: () = assert!(
+    MAX_OBSERVATION == tpg_tasks::score::LOOP_INPUTS
+        && MAX_ACTION == tpg_tasks::score::LOOP_OUTPUTS
+);
+
 /// Version of the conversation, raised when the meaning of a field or a kind changes.
 const PROTOCOL: usize = 2;
 

@@ -7,6 +7,7 @@ use hdrhistogram::Histogram;
 use tpg_runtime::{Action, Header, Policy, Reset};
 use tpg_tasks::eval::{Controller, Reply};
 
+use crate::args::Deadlines;
 use crate::error::BridgeError;
 use crate::handshake::Handshake;
 use crate::link::Link;
@@ -40,10 +41,10 @@ impl RemoteController {
         policy: &Policy<'_>,
         blob: &[u8],
         run: &RunName,
-        timeout: Duration,
+        deadlines: impl Into<Deadlines>,
     ) -> Result<Self, BridgeError> {
         let handshake = Handshake::new(policy, blob)?;
-        let link = Link::connect(run, &handshake, timeout)?;
+        let link = Link::connect(run, &handshake, deadlines)?;
         let controller_pid = Some(link.peer_pid());
         Self::new(policy, Box::new(link), controller_pid)
     }

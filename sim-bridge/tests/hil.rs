@@ -169,7 +169,26 @@ fn missing_peer_is_told() {
     let end = Process::start(PLANT, &file, &arguments).end();
     end.assert_failure(4, &["no controller", &expected]);
     let end = Process::start(CONTROLLER, &file, &arguments).end();
-    end.assert_failure(4, &["no plant", &expected]);
+    end.assert_failure(4, &["no plant", &expected, "--start-timeout-ms"]);
+}
+
+/// As a plant whose model compiles for longer than an answer may take.
+#[test]
+fn a_slow_start_has_a_deadline_of_its_own() {
+    let folder = Folder::new();
+    let file = folder.file("a.tpg", &policy::cartpole(0));
+    let run = name();
+    let link = ["--run", &run, "--timeout-ms", "3000"];
+    let patient = [&link[..], &["--start-timeout-ms", "60000"]].concat();
+    let controller = Process::start(CONTROLLER, &file, &patient);
+    std::thread::sleep(std::time::Duration::from_millis(3500));
+    let plant = Process::start(PLANT, &file, &[&link[..], &["--episodes", "1"]].concat());
+    for end in [plant.end(), controller.end()] {
+        assert!(end.status.success(), "{end:?}");
+    }
+    let short = [&link[..], &["--start-timeout-ms", "200"]].concat();
+    let end = Process::start(CONTROLLER, &file, &short).end();
+    end.assert_failure(4, &["no plant", "within 200 ms", "--start-timeout-ms"]);
 }
 
 #[test]

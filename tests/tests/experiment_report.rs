@@ -17,7 +17,7 @@ use tpg_experiments::row::{
 const CHAPTER_3: &str = r#"
 name = "made-up"
 chapter = 3
-tasks = ["inverted-double-pendulum", "hopper"]
+tasks = ["inverted-double-pendulum-skip1", "hopper-skip1"]
 variants = ["sr-b23", "sr-sm-b23"]
 repeats = 5
 test-episodes = 4
@@ -136,10 +136,14 @@ fn chapter_3() -> TempDir {
     for repeat in 1..=5 {
         let n = f64::from(repeat);
         for (task, variant, mean) in [
-            ("inverted-double-pendulum", "sr-b23", 100.0 * n),
-            ("inverted-double-pendulum", "sr-sm-b23", 1000.0 + 10.0 * n),
-            ("hopper", "sr-b23", 20.0 * n),
-            ("hopper", "sr-sm-b23", 20.0 * n + 5.0),
+            ("inverted-double-pendulum-skip1", "sr-b23", 100.0 * n),
+            (
+                "inverted-double-pendulum-skip1",
+                "sr-sm-b23",
+                1000.0 + 10.0 * n,
+            ),
+            ("hopper-skip1", "sr-b23", 20.0 * n),
+            ("hopper-skip1", "sr-sm-b23", 20.0 * n + 5.0),
         ] {
             finish(folder.path(), &row(task, variant, repeat, mean));
         }
@@ -249,6 +253,8 @@ fn figures_are_drawn_and_the_same_results_give_the_same_bytes() {
         "throughput.csv",
         "figure-3.5.svg",
         "figure-3.5.png",
+        "score-over-steps.svg",
+        "score-over-steps.png",
         "figure-3.6-sr-sm-b23.svg",
         "figure-3.6-sr-sm-b23.png",
         "figure-3.7-sr-sm-b23.svg",
@@ -271,7 +277,7 @@ fn figures_are_drawn_and_the_same_results_give_the_same_bytes() {
             Some("png") => {
                 let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info();
                 let size = reader.expect("a PNG file").info().size();
-                assert!(size.0 == 760 && (300..650).contains(&size.1), "{size:?}");
+                assert!(size.0 == 1520 && (600..1300).contains(&size.1), "{size:?}");
             }
             _ => {}
         }
@@ -355,39 +361,43 @@ fn what_cannot_be_reported_is_refused_with_the_reason() {
     assert!(message(unfinished.path()).contains("no finished run yet"));
 
     let damaged = chapter_3();
-    let file = damaged.path().join("rows/hopper.sr-b23.2.csv");
+    let file = damaged.path().join("rows/hopper-skip1.sr-b23.2.csv");
     let text = fs::read_to_string(&file).expect("there");
     fs::write(&file, &text[..text.len() - 9]).expect("written");
     let why = message(damaged.path());
     assert!(
-        why.contains("hopper.sr-b23.2.csv") && why.contains("tpg experiment run"),
+        why.contains("hopper-skip1.sr-b23.2.csv") && why.contains("tpg experiment run"),
         "{why}"
     );
 
     let curveless = chapter_3();
-    fs::remove_file(curveless.path().join("curves/hopper.sr-b23.2.csv")).expect("there");
-    assert!(message(curveless.path()).contains("curves/hopper.sr-b23.2.csv"));
+    fs::remove_file(curveless.path().join("curves/hopper-skip1.sr-b23.2.csv")).expect("there");
+    assert!(message(curveless.path()).contains("curves/hopper-skip1.sr-b23.2.csv"));
 
     let strange = chapter_3();
-    finish(strange.path(), &row("hopper", "sl-b23", 1, 1.0));
-    assert!(message(strange.path()).contains("hopper.sl-b23.1.csv is no run of this experiment"));
+    finish(strange.path(), &row("hopper-skip1", "sl-b23", 1, 1.0));
+    assert!(
+        message(strange.path()).contains("hopper-skip1.sl-b23.1.csv is no run of this experiment")
+    );
 
     let unlike = chapter_3();
     let other = Row {
         budget: "generations:31".into(),
-        ..row("hopper", "sr-b23", 3, 1.0)
+        ..row("hopper-skip1", "sr-b23", 3, 1.0)
     };
     finish(unlike.path(), &other);
     let why = message(unlike.path());
     assert!(
-        why.contains("hopper.sr-b23.3") && why.contains("budget is generations:31"),
+        why.contains("hopper-skip1.sr-b23.3") && why.contains("budget is generations:31"),
         "{why}"
     );
 
     let forgetful = chapter_3();
-    let file = forgetful.path().join("accesses/hopper.sr-sm-b23.4.csv");
+    let file = forgetful
+        .path()
+        .join("accesses/hopper-skip1.sr-sm-b23.4.csv");
     fs::remove_file(file).expect("there");
-    assert!(message(forgetful.path()).contains("accesses/hopper.sr-sm-b23.4.csv"));
+    assert!(message(forgetful.path()).contains("accesses/hopper-skip1.sr-sm-b23.4.csv"));
 }
 
 /// An error with its causes, as the command prints it.

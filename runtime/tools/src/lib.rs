@@ -2,10 +2,12 @@
 //!
 //! | module | what it produces from a policy |
 //! |---|---|
+//! | [`cut`](mod@cut) | a smaller policy, of some of its programs |
 //! | [`disassemble`] | its programs as text and its graph as a drawing |
 //! | [`export`] | Rust or C source code that makes the same decisions |
 //! | [`footprint`] | its flash, RAM, stack and instructions on a board |
 
+pub mod cut;
 pub mod disassemble;
 pub mod export;
 pub mod footprint;

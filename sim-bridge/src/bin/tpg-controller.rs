@@ -49,7 +49,7 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let policy = Policy::load(&blob).with_context(|| format!("cannot use {file}"))?;
     let link = &args.link;
     link.prepare()?;
-    let mut server = Server::connect(policy, &blob, &link.run, link.timeout.timeout())?;
+    let mut server = Server::connect(policy, &blob, &link.run, link.deadlines.deadlines())?;
     link.announce(Role::Plant, server.plant_pid());
     server.serve()?;
     Ok(())

@@ -60,10 +60,10 @@ fn run(args: Args) -> Result<(), Failure> {
     let mut arena = setup.arena()?;
     let policy = Policy::load(&setup.blob).map_err(Failure::bad_input)?;
     link.prepare().map_err(failure)?;
-    let (blob, timeout) = (&setup.blob, link.timeout.timeout());
+    let (blob, deadlines) = (&setup.blob, link.deadlines.deadlines());
     let connected = match &controller.controller {
-        Some(place) => RemoteController::connect_serial(&policy, blob, place, timeout),
-        None => RemoteController::connect(&policy, blob, &link.run, timeout),
+        Some(place) => RemoteController::connect_serial(&policy, blob, place, deadlines.answer),
+        None => RemoteController::connect(&policy, blob, &link.run, deadlines),
     };
     let remote = connected.map_err(failure)?;
     if let Some(pid) = remote.controller_pid() {

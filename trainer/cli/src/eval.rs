@@ -4,37 +4,86 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use tpg_runtime::{HostAgent, Policy};
+use tpg_runtime::{HostAgent, Policy, Restore};
 
 use tpg_tasks::console::{note, print, print_json};
 use tpg_tasks::eval::{
-    Arena, ConstantController, Episode, EvaluationError, RandomController, evaluate,
+    Arena, ConstantController, CountingWinners, Episode, EvaluationError, Forgetful, MostUsed,
+    RandomController, evaluate,
 };
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{ScoreArgs, Setup};
 use tpg_tasks::stats;
 use tpg_tasks::task::stack_text;
 use tpg_tasks::trace::{Header, RecordError, TracingController};
+use tpg_tools::cut::cut;
 
 /// Arguments of `tpg eval`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    tpg eval champion.tpg --episodes 100 --baselines\n  \
+    tpg eval champion.tpg --episodes 100 --ablate memory\n  \
+    tpg eval champion.tpg --episodes 1000 --most-used-program cut.tpg")]
 pub(crate) struct Args {
     #[command(flatten)]
     score: ScoreArgs,
     /// Score the zero and the random policy on the same episodes too.
     #[arg(long)]
     baselines: bool,
+    /// Score the policy once more on the same episodes, with this reset to its evolved constants before every decision.
+    #[arg(
+        long,
+        value_name = "registers|memory|all",
+        value_enum,
+        hide_possible_values = true
+    )]
+    ablate: Option<Ablation>,
+    /// Score once more with nothing but the program that acts most often, and write that policy to a file.
+    #[arg(long, value_name = "FILE")]
+    most_used_program: Option<PathBuf>,
     /// Record every decision to a file, for `tpg replay`.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
 }
 
+/// What a policy forgets before every decision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Ablation {
+    Registers,
+    Memory,
+    All,
+}
+
+impl Ablation {
+    const fn restore(self) -> Restore {
+        match self {
+            Ablation::Registers => Restore::Registers,
+            Ablation::Memory => Restore::Memory,
+            Ablation::All => Restore::All,
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Ablation::Registers => "registers",
+            Ablation::Memory => "memory",
+            Ablation::All => "all",
+        }
+    }
+
+    /// What the row of the result is called.
+    const fn row(self) -> &'static str {
+        match self {
+            Ablation::Registers => "no registers",
+            Ablation::Memory => "no memory",
+            Ablation::All => "forgetful",
+        }
+    }
+}
+
 pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     let setup = args.score.resolve()?;
-    let policy = Policy::load(&setup.blob)?;
-    let mut agent = Box::new(
-        HostAgent::new(policy).or_bad_input(format!("cannot run {}", setup.file.display()))?,
-    );
+    let mut agent = host_agent(&setup.blob, &setup.file)?;
     let mut arena = setup.arena()?;
     let episodes = match &args.trace {
         Some(file) => record(&setup, &mut arena, agent, file)?,
@@ -45,6 +94,11 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     };
     let report = setup.report(&episodes);
     let unstable = report.unstable;
+    let ablated = args.ablate.map(|what| ablated(&setup, what)).transpose()?;
+    let ablated = ablated.map(|returns| Comparison::new(&report.returns, returns));
+    let cut = args.most_used_program.as_deref();
+    let cut = cut.map(|file| cut_to_most_used(&setup, file)).transpose()?;
+    let cut = cut.map(|(used, returns)| (used, Comparison::new(&report.returns, returns)));
     let baselines = if args.baselines {
         baselines(&setup)?
     } else {
@@ -56,9 +110,27 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
             value[format!("{name}_mean")] = stats::mean(returns).into();
             value[format!("{name}_mean_ci95")] = stats::bootstrap_mean_95(returns).to_vec().into();
         }
+        if let (Some(what), Some(comparison)) = (args.ablate, &ablated) {
+            value["ablation"] = comparison.json();
+            value["ablation"]["what"] = what.name().into();
+        }
+        if let Some((used, comparison)) = &cut {
+            value["most_used_program"] = comparison.json();
+            value["most_used_program"]["share"] = used.share.into();
+        }
         print_json(&value)?;
     } else {
         print(report)?;
+        if let (Some(what), Some(comparison)) = (args.ablate, &ablated) {
+            print(comparison.text(what.row()))?;
+        }
+        if let Some((used, comparison)) = &cut {
+            print(comparison.text("most used"))?;
+            let percent = 100.0 * used.share;
+            print(format_args!(
+                "               acts in {percent:.1} % of the decisions"
+            ))?;
+        }
         for (name, returns) in &baselines {
             let [low, high] = stats::bootstrap_mean_95(returns);
             let name = format!("{name} policy");
@@ -120,4 +192,70 @@ fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
     let mut random = setup.disturbed(&arena, RandomController::new(actions))?;
     let random = evaluate(&mut arena, &mut random, setup.episode_seeds())?;
     Ok(vec![("zero", returns(zero)), ("random", returns(random))])
+}
+
+/// A changed policy beside the policy itself, on the same episodes.
+struct Comparison {
+    returns: Vec<f64>,
+    /// What each episode loses by the change.
+    drops: Vec<f64>,
+}
+
+impl Comparison {
+    fn new(whole: &[f64], returns: Vec<f64>) -> Self {
+        let drops = whole.iter().zip(&returns).map(|(a, b)| a - b).collect();
+        Comparison { returns, drops }
+    }
+
+    fn json(&self) -> serde_json::Value {
+        serde_json::json!({
+            "returns": self.returns,
+            "mean": stats::mean(&self.returns),
+            "mean_ci95": stats::bootstrap_mean_95(&self.returns),
+            "drop": stats::mean(&self.drops),
+            "drop_ci95": stats::bootstrap_mean_95(&self.drops),
+        })
+    }
+
+    fn text(&self, name: &str) -> String {
+        let [low, high] = stats::bootstrap_mean_95(&self.returns);
+        let [least, most] = stats::bootstrap_mean_95(&self.drops);
+        format!(
+            "{name:<14} {:.2} [{low:.2}, {high:.2}], a drop of {:.2} [{least:.2}, {most:.2}]",
+            stats::mean(&self.returns),
+            stats::mean(&self.drops)
+        )
+    }
+}
+
+fn host_agent<'p>(blob: &'p [u8], file: &Path) -> Result<Box<HostAgent<'p>>, Failure> {
+    let policy = Policy::load(blob)?;
+    let agent = HostAgent::new(policy).or_bad_input(format!("cannot run {}", file.display()))?;
+    Ok(Box::new(agent))
+}
+
+/// Returns of the policy that forgets, on the same episodes.
+fn ablated(setup: &Setup, what: Ablation) -> Result<Vec<f64>, Failure> {
+    let mut arena = setup.arena()?;
+    let agent = host_agent(&setup.blob, &setup.file)?;
+    let mut controller = setup.disturbed(&arena, Forgetful::new(agent, what.restore()))?;
+    let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())?;
+    Ok(episodes.iter().map(|e| e.total).collect())
+}
+
+/// Writes the policy with nothing but its most used program, and returns what that scores on the same episodes.
+fn cut_to_most_used(setup: &Setup, file: &Path) -> Result<(MostUsed, Vec<f64>), Failure> {
+    let mut arena = setup.arena()?;
+    let agent = host_agent(&setup.blob, &setup.file)?;
+    let mut counting = setup.disturbed(&arena, CountingWinners::new(agent))?;
+    evaluate(&mut arena, &mut counting, setup.episode_seeds())?;
+    let used = counting.into_inner().most_used();
+    let used = used.ok_or_else(|| anyhow::anyhow!("no program has acted"))?;
+    let policy = Policy::load(&setup.blob)?;
+    let blob = cut(&policy, used.team, &used.programs)?;
+    std::fs::write(file, &blob).or_unwritable(file)?;
+    let mut agent = host_agent(&blob, file)?;
+    let mut controller = setup.disturbed(&arena, &mut *agent)?;
+    let episodes = evaluate(&mut arena, &mut controller, setup.episode_seeds())?;
+    Ok((used, episodes.iter().map(|e| e.total).collect()))
 }

@@ -7,7 +7,8 @@ use super::progress::Progress;
 use crate::interrupt::stop_on_signal;
 use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::task::{description_file, locate};
+use tpg_tasks::score::{LOOP_INPUTS, LOOP_OUTPUTS};
+use tpg_tasks::task::{ActionSpace, description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
@@ -123,6 +124,7 @@ impl Args {
             config.task = locate(task);
         }
         let session = Session::new(config, self.seed.unwrap_or(0)).or_usage("bad configuration")?;
+        warn_of_the_loop(&session);
         let budget = self
             .budget()
             .unwrap_or(Budget::Generations(DEFAULT_GENERATIONS));
@@ -169,6 +171,22 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
         return Ok(Status::Interrupted);
     }
     Ok(stability.status(monitor.instability()))
+}
+
+/// Says before training what the champion of this task cannot do afterwards.
+fn warn_of_the_loop(session: &Session) {
+    let shape = session.settings().policy_spec.shape;
+    let inputs = usize::from(shape.inputs);
+    let outputs = match shape.actions {
+        ActionSpace::Discrete(_) => 0,
+        ActionSpace::Continuous { len, .. } => usize::from(len),
+    };
+    if inputs > LOOP_INPUTS || outputs > LOOP_OUTPUTS {
+        note(format_args!(
+            "warning: the task has {inputs} inputs and {outputs} outputs; the loop (tpg hil) and boards on a serial line take at \
+             most {LOOP_INPUTS} and {LOOP_OUTPUTS}, so they cannot run its champion"
+        ));
+    }
 }
 
 /// Says where the champion is, and how to score it.

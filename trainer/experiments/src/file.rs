@@ -1,14 +1,17 @@
 //! The file that describes an experiment, checked, and the runs that it asks for.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use toml::{Table, Value};
 use tpg_runtime::blob::MemoryModel;
 
+pub use super::error::ExperimentError;
+use super::error::{unknown_key, value};
+use super::locate::line_of;
 use super::row::cell_name;
+use tpg_tasks::task::{description_file, names};
 use tpg_trainer::config::{
     Config, ConfigError, Preset, Settings, leaves, nearest, presets, resolve,
 };
@@ -23,11 +26,14 @@ pub struct Experiment {
     /// What reports call it; by default its name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// The thesis's chapter that it repeats: 2 or 3.
-    pub chapter: u8,
-    /// Bare names of tasks.
+    /// The thesis's chapter that it repeats: 2 or 3. It decides which figures are drawn and which test is the thesis's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chapter: Option<u8>,
+    /// Tasks: bare names of those that have presets, full names of others, or paths of the TOML files that describe them, from
+    /// the working directory.
     pub tasks: Vec<String>,
-    /// Variants, `-b23` or `-b13` included; the preset is called `TASK-VARIANT`. Or names of `changed` ones.
+    /// Variants, `-b23` or `-b13` included; the preset is called `TASK-VARIANT`, or `VARIANT` where the task has no presets. Or
+    /// names of `changed` ones.
     pub variants: Vec<String>,
     /// Runs of each variant on each task.
     pub repeats: u32,
@@ -42,7 +48,7 @@ pub struct Experiment {
     pub threads: usize,
     /// When each run ends.
     pub budget: Budget,
-    /// Other budgets, by task.
+    /// Other budgets, by task as [`label`] calls it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub budgets: BTreeMap<String, Budget>,
     /// Keys of the configuration that differ from the presets.
@@ -104,7 +110,7 @@ const fn one_thread() -> usize {
 pub struct Cell {
     /// Name of its files: `TASK.VARIANT.REPEAT`.
     pub name: String,
-    /// Bare name of its task.
+    /// What its task is called, see [`label`].
     pub task: String,
     /// Its variant.
     pub variant: String,
@@ -124,87 +130,55 @@ pub struct Cell {
     pub has_memory: bool,
 }
 
-/// What is wrong with an experiment's file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ExperimentError {
-    /// An unknown key, a value of the wrong type, or a configuration that makes no sense.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// A run's configuration makes no sense.
-    #[error("{preset} with the experiment's settings")]
-    Preset {
-        /// The run's preset.
-        preset: String,
-        /// What is wrong.
-        source: ConfigError,
-    },
-    /// No preset is for this task.
-    #[error("no task of the presets is called {name:?}; did you mean {suggestion:?}?")]
-    UnknownTask {
-        /// The name that was given.
-        name: String,
-        /// The nearest task.
-        suggestion: String,
-    },
-    /// The task has no preset of this variant.
-    #[error("{task} has no variant {name:?}; did you mean {suggestion:?}? `tpg presets` lists all")]
-    UnknownVariant {
-        /// The task.
-        task: String,
-        /// The name that was given.
-        name: String,
-        /// The task's variant that is spelled most like it.
-        suggestion: String,
-    },
-    /// A value makes no sense.
-    #[error("{key} = {value}: {why}")]
-    Value {
-        /// The key.
-        key: String,
-        /// Its value.
-        value: String,
-        /// What would be right.
-        why: &'static str,
-    },
-}
-
-fn value(key: impl Into<String>, value: impl fmt::Debug, why: &'static str) -> ExperimentError {
-    ExperimentError::Value {
-        key: key.into(),
-        value: format!("{value:?}"),
-        why,
-    }
-}
-
-fn unknown_key(key: String, candidates: &[&str]) -> ExperimentError {
-    let suggestion = nearest(&key, candidates.iter().copied());
-    ConfigError::UnknownKey { key, suggestion }.into()
-}
-
 impl Experiment {
     /// Reads and checks an experiment's file.
     ///
     /// # Errors
-    /// [`ExperimentError`] names the key or the value, and the nearest one that would be right.
+    /// [`ExperimentError`] names the line, the key or the value, and the nearest one that would be right.
     pub fn parse(text: &str) -> Result<Self, ExperimentError> {
-        let table = text.parse::<Table>().map_err(ConfigError::from)?;
-        check_keys(&table)?;
-        let experiment: Experiment = Value::Table(table).try_into().map_err(ConfigError::from)?;
+        Self::read(text).map_err(|error| match line_of(text, &error) {
+            Some(line) => ExperimentError::At {
+                line,
+                source: error.into(),
+            },
+            None => error,
+        })
+    }
+
+    fn read(text: &str) -> Result<Self, ExperimentError> {
+        check_keys(&text.parse::<Table>().map_err(ConfigError::from)?)?;
+        // From the text, so that messages show the line.
+        let experiment: Experiment = toml::from_str(text).map_err(ConfigError::from)?;
         experiment.check_values()?;
         experiment.cells()?;
         Ok(experiment)
     }
 
     fn check_values(&self) -> Result<(), ExperimentError> {
-        if ![2, 3].contains(&self.chapter) {
-            return Err(value("chapter", self.chapter, "must be 2 or 3"));
+        if let Some(chapter) = self.chapter
+            && ![2, 3].contains(&chapter)
+        {
+            let why = "must be 2 or 3, or left out";
+            return Err(value("chapter", chapter, why));
         }
         for (key, names) in [("tasks", &self.tasks), ("variants", &self.variants)] {
             let distinct: BTreeSet<&String> = names.iter().collect();
             if names.is_empty() || distinct.len() < names.len() {
                 return Err(value(key, names, "must name at least one, and each once"));
             }
+        }
+        let labels = self.labels();
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if let Some(name) = labels.iter().find(|name| !name.chars().all(plain)) {
+            let why = "a file of a task is named with letters, digits, hyphens and underscores: results are called by it";
+            return Err(value("tasks", name, why));
+        }
+        if let Some(name) = twice(labels.iter().copied()) {
+            return Err(value(
+                "tasks",
+                name,
+                "two tasks have this name, and results are called by it",
+            ));
         }
         for (key, n) in [
             ("repeats", self.repeats),
@@ -229,11 +203,10 @@ impl Experiment {
                 return Err(value(key, budget, "must be positive"));
             }
         }
-        let tasks: Vec<&str> = self.tasks.iter().map(String::as_str).collect();
         let by_task = self.budgets.keys().map(|task| ("budgets", task));
         for (key, task) in by_task.chain(self.sets.keys().map(|task| ("sets", task))) {
-            if !self.tasks.contains(task) {
-                let candidates: Vec<String> = tasks.iter().map(|t| format!("{key}.{t}")).collect();
+            if !labels.contains(&task.as_str()) {
+                let candidates: Vec<String> = labels.iter().map(|t| format!("{key}.{t}")).collect();
                 let candidates: Vec<&str> = candidates.iter().map(String::as_str).collect();
                 return Err(unknown_key(format!("{key}.{task}"), &candidates));
             }
@@ -249,6 +222,12 @@ impl Experiment {
             }
         }
         Ok(())
+    }
+
+    /// What its tasks are called, in order.
+    #[must_use]
+    pub fn labels(&self) -> Vec<&str> {
+        self.tasks.iter().map(|task| label(task)).collect()
     }
 
     /// The runs that it asks for: repeat after repeat, so that an unfinished experiment has a little of everything.
@@ -275,7 +254,8 @@ impl Experiment {
 
     fn first_cell(&self, task: &str, variant: &str) -> Result<Cell, ExperimentError> {
         let changed = self.changed.get(variant);
-        let preset = find_preset(task, changed.map_or(variant, |changed| &changed.from))?;
+        let (preset, own) = find_preset(task, changed.map_or(variant, |changed| &changed.from))?;
+        let label = label(task);
         let name = preset.name.clone();
         let wrong = |source| ExperimentError::Preset {
             preset: name.clone(),
@@ -284,7 +264,7 @@ impl Experiment {
         let mut sets = Vec::new();
         for (key, table) in [
             ("set", Some(&self.set)),
-            ("sets", self.sets.get(task)),
+            ("sets", self.sets.get(label)),
             ("changed", changed.map(|changed| &changed.set)),
         ] {
             for (path, new) in leaves(table.into_iter().flatten(), "") {
@@ -295,18 +275,21 @@ impl Experiment {
                 sets.push(format!("{path}={new}"));
             }
         }
+        if own {
+            sets.push(format!("task={}", Value::String(task.to_owned())));
+        }
         let config = resolve(&preset, None, &sets).map_err(wrong)?;
         let settings = Settings::new(&config).map_err(wrong)?;
         Ok(Cell {
-            name: cell_name(task, variant, 1),
-            task: task.to_owned(),
+            name: cell_name(label, variant, 1),
+            task: label.to_owned(),
             variant: variant.to_owned(),
             preset: name,
             repeat: 1,
             seed: self.seed,
-            config_hash: hash(&config),
+            config_hash: hash(&config, &settings.task_identity),
             config,
-            budget: *self.budgets.get(task).unwrap_or(&self.budget),
+            budget: *self.budgets.get(label).unwrap_or(&self.budget),
             has_memory: settings.policy_spec.memory_model != MemoryModel::None,
         })
     }
@@ -334,10 +317,26 @@ fn check_keys(table: &Table) -> Result<(), ExperimentError> {
     Ok(())
 }
 
-/// The preset of a task and a variant, or whichever of them is unknown.
-fn find_preset(task: &str, variant: &str) -> Result<Preset, ExperimentError> {
+/// What a task of an experiment is called: its name, or the name of its file without `.toml`.
+#[must_use]
+pub fn label(task: &str) -> &str {
+    let stem = description_file(task).and_then(|path| path.file_stem()?.to_str());
+    stem.unwrap_or(task)
+}
+
+/// The first name that occurs twice.
+fn twice<'a>(names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let mut seen = BTreeSet::new();
+    names.into_iter().find(|name| !seen.insert(*name))
+}
+
+/// The preset of a task and a variant, or whichever of them is unknown; and whether the task is not the preset's own.
+fn find_preset(task: &str, variant: &str) -> Result<(Preset, bool), ExperimentError> {
     let all = presets()?;
     let tasks: BTreeSet<&str> = all.iter().map(|preset| preset.task).collect();
+    if description_file(task).is_some() || names().contains(&task) {
+        return Ok((Preset::find(variant)?, true));
+    }
     if !tasks.contains(task) {
         return Err(ExperimentError::UnknownTask {
             name: task.to_owned(),
@@ -356,13 +355,15 @@ fn find_preset(task: &str, variant: &str) -> Result<Preset, ExperimentError> {
             suggestion: nearest(variant, variants.into_iter()),
         });
     }
-    Ok(Preset::find(&format!("{prefix}{variant}"))?)
+    Ok((Preset::find(&format!("{prefix}{variant}"))?, false))
 }
 
-/// First 16 hexadecimal digits of SHA-256 over a configuration as TOML.
-fn hash(config: &Config) -> String {
+/// First 16 hexadecimal digits of SHA-256 over a configuration as TOML, with what fixes the task in place of its path.
+fn hash(config: &Config, task_identity: &str) -> String {
+    let mut config = config.clone();
+    config.task = task_identity.to_owned();
     // Writing a configuration as TOML cannot fail: it holds tables, numbers and text alone.
-    let digest = Sha256::digest(toml::to_string(config).unwrap_or_default());
+    let digest = Sha256::digest(toml::to_string(&config).unwrap_or_default());
     let digits = digest.iter().map(|byte| format!("{byte:02x}"));
     digits.take(8).collect()
 }
@@ -471,6 +472,7 @@ mod tests {
             ),
             ("evolution.children", "task", "tasks"),
             ("chapter = 2", "chapter = 4", "2 or 3"),
+            ("\"acrobot\"]", "\"a b.toml\"]", "letters"),
             ("\"acrobot\"]", "\"cartpole\"]", "each once"),
             ("repeats = 2", "repeats = \"two\"", "repeats"),
             ("seed = 7", "seed = 7\nthreads = 0", "threads"),
@@ -478,6 +480,32 @@ mod tests {
             let error = Experiment::parse(&TEXT.replacen(old, new, 1)).expect_err(new);
             let message = format!("{:#}", anyhow::Error::new(error));
             assert!(message.contains(expected), "{new}: {message}");
+            let line = TEXT.lines().position(|line| line.contains(old)).expect(old) + 1;
+            let named = message.contains(&format!("line {line}"));
+            // A key that is added stands a line below.
+            assert!(
+                named || message.contains(&format!("line {}", line + 1)),
+                "{new}: {message}"
+            );
         }
+    }
+
+    #[test]
+    fn any_task_can_be_named_and_no_chapter_need_be() {
+        let text = TEXT
+            .replace("chapter = 2", "")
+            .replace("\"acrobot\"]", "\"cartpole-v1\"]")
+            .replace("\"per-agent\"", "\"sl\"")
+            .replace("acrobot", "cartpole-v1");
+        let experiment = Experiment::parse(&text).expect("valid");
+        assert_eq!(experiment.chapter, None);
+        let cells = experiment.cells().expect("valid");
+        assert_eq!(cells[2].name, "cartpole-v1.sl.1");
+        assert_eq!(
+            (&*cells[2].preset, &*cells[2].config.task),
+            ("sl", "cartpole-v1")
+        );
+        assert_eq!(cells[2].config.evolution.children, 30, "sets of its label");
+        assert_eq!(label("some/where/crane.toml"), "crane");
     }
 }

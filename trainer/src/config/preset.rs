@@ -13,27 +13,107 @@ pub(super) fn parse(text: &str) -> Result<Table, ConfigError> {
     Ok(text.parse::<Table>()?)
 }
 
-macro_rules! files {
-    ($folder:literal: $($name:literal)*) => {
-        &[$(($name, include_str!(concat!("../../presets/", $folder, "/", $name, ".toml"))),)*]
+macro_rules! file {
+    ($folder:literal, $name:literal) => {
+        include_str!(concat!("../../presets/", $folder, "/", $name, ".toml"))
     };
 }
 
-const TASKS: &[(&str, &str)] = files!("tasks": "inverted-double-pendulum" "hopper" "half-cheetah" "cartpole" "acrobot" "pendulum");
-/// Chapter 3's variants (T Tab 3.1) and future work (T §3.8, §2.7), for every task.
-const VARIANTS: &[(&str, &str)] = files!("variants": "sl-nc" "sl" "sr" "sr-sm" "sr-mm" "sr-sm-whole" "sr-sm-uniform" "sr-sm-exchanged");
-/// Chapter 2's strategies (T Alg 1) and future work (T §2.7), for its own tasks of classic control.
-const STRATEGIES: &[(&str, &str)] = files!("variants": "original" "per-generation" "per-agent" "per-episode" "no-memory"
-    "on-fall" "evolved-resets" "per-episode-uniform" "per-episode-exchanged");
-/// What is measured against beyond the thesis (docs/learning.md), for every task.
-const BASELINES: &[(&str, &str)] = files!("variants": "linear");
-/// What has paid beyond the thesis (docs/learning.md), a file for each task.
-const CHAMPIONS: &[(&str, &str)] = files!("champions": "inverted-double-pendulum" "hopper" "half-cheetah" "cartpole" "acrobot" "pendulum");
-const CLASSIC_CONTROL: &[&str] = &["cartpole", "acrobot", "pendulum"];
-/// Suffix and observability; without a suffix the task's own holds.
-const BLACKOUTS: &[(&str, &str)] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];
+macro_rules! variants {
+    ($($name:literal)*) => {
+        &[$(($name, file!("variants", $name)),)*]
+    };
+}
 
-/// A named configuration, `<task>-<variant>[-b23|-b13]` or `<task>-champion[-b23]`, or `<variant>[-b23|-b13]` for a task that the user names.
+/// A part of presets' names, and the text of the settings that it stands for.
+type Part = (&'static str, &'static str);
+
+/// The thesis's variants of chapter 3 (T Tab 3.1).
+const VARIANTS: &[Part] = variants!("sl-nc" "sl" "sr" "sr-sm");
+/// Chapter 3's future work (T §3.8, §2.7).
+const FURTHER: &[Part] = variants!("sr-mm" "sr-sm-whole" "sr-sm-uniform" "sr-sm-exchanged");
+/// Chapter 2's strategies (T Alg 1) and future work (T §2.7).
+const STRATEGIES: &[Part] = variants!("original" "per-generation" "per-agent" "per-episode" "no-memory"
+    "on-fall" "evolved-resets" "per-episode-uniform" "per-episode-exchanged");
+/// What is measured against beyond the thesis (docs/learning.md).
+const BASELINES: &[Part] = variants!("linear");
+/// What pays on robots that no preset knows (docs/learning.md).
+const CHAMPION: Part = ("champion", file!("variants", "champion"));
+/// What it has besides where observations are blank.
+const CHAMPION_BLACKOUT: &str = file!("variants", "champion-blackout");
+/// Suffix and observability; without a suffix the task's own holds.
+const BLACKOUTS: &[Part] = &[("", ""), ("-b23", "blackout:2/3"), ("-b13", "blackout:1/3")];
+
+/// A task that has presets.
+struct TaskRow {
+    /// Its full name; presets have it without the version.
+    task: &'static str,
+    /// Which of the defaults it overrides.
+    settings: &'static str,
+    variants: &'static [&'static [Part]],
+    /// What has paid on it (docs/learning.md), by the suffix of the observability for which it is tuned.
+    champions: &'static [Part],
+}
+
+/// One of chapter 2's tasks, whose champions are tuned for hidden velocities.
+macro_rules! classic {
+    ($name:literal) => {
+        TaskRow {
+            task: concat!($name, "-v1"),
+            settings: file!("tasks", $name),
+            variants: &[VARIANTS, FURTHER, STRATEGIES, BASELINES],
+            champions: &[("", file!("champions", $name))],
+        }
+    };
+}
+
+/// A robot with settings for its champion with full sight, and perhaps for that under blackouts.
+macro_rules! robot {
+    ($task:literal, $settings:expr, $variants:expr, $champion:literal $(, $blackout:literal)?) => {
+        TaskRow {
+            task: $task,
+            settings: $settings,
+            variants: $variants,
+            champions: &[
+                ("", file!("champions", $champion)),
+                $(("-b23", file!("champions", $blackout)),)?
+            ],
+        }
+    };
+}
+
+/// The double pendulum has its own sizes of populations (T Tab 3.2).
+const DOUBLE_PENDULUM: &str = file!("tasks", "inverted-double-pendulum");
+/// Observations longer than the widest vector.
+const LONG: &str = "policy = { width = 32 }";
+/// Robots of chapter 3.
+const CHAPTER_3: &[&[Part]] = &[VARIANTS, FURTHER, BASELINES];
+/// The variants of all other robots.
+const OTHERS: &[&[Part]] = &[VARIANTS, BASELINES];
+
+#[rustfmt::skip] // A row a task.
+const TASKS: &[TaskRow] = &[
+    robot!("inverted-double-pendulum-v4", DOUBLE_PENDULUM, CHAPTER_3, "inverted-double-pendulum", "inverted-double-pendulum-b23"),
+    robot!("hopper-v4", "", CHAPTER_3, "hopper", "hopper-b23"),
+    robot!("half-cheetah-v4", "", CHAPTER_3, "half-cheetah", "half-cheetah-b23"),
+    classic!("cartpole"),
+    classic!("acrobot"),
+    classic!("pendulum"),
+    robot!("inverted-double-pendulum-skip1-v1", DOUBLE_PENDULUM, OTHERS, "inverted-double-pendulum", "inverted-double-pendulum-b23"),
+    robot!("hopper-skip1-v1", "", OTHERS, "hopper", "hopper-b23"),
+    robot!("half-cheetah-skip1-v1", "", OTHERS, "half-cheetah", "half-cheetah-b23"),
+    robot!("inverted-pendulum-v5", "", OTHERS, "inverted-pendulum"),
+    robot!("walker2d-v5", "", OTHERS, "walker2d"),
+    robot!("swimmer-v5", "", OTHERS, "swimmer"),
+    robot!("reacher-v5", "", OTHERS, "reacher"),
+    robot!("pusher-v5", "", OTHERS, "pusher"),
+    robot!("ant-v5", LONG, OTHERS, "ant"),
+    robot!("humanoid-v5", LONG, OTHERS, "humanoid"),
+    robot!("humanoid-standup-v5", LONG, OTHERS, "humanoid"),
+];
+
+/// A named configuration, `<task>-<variant>[-b23|-b13]` or `<task>-champion[-b23]`, or `<variant>[-b23|-b13]` and
+/// `champion[-b23|-b13]` for a task that the user names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preset {
     /// Its name.
@@ -55,8 +135,14 @@ impl Preset {
     /// [`ConfigError::UnknownPreset`] with the nearest name.
     pub fn find(name: &str) -> Result<Self, ConfigError> {
         let mut all = presets()?;
-        for (variant, file) in VARIANTS.iter().chain(STRATEGIES).chain(BASELINES) {
+        for (variant, file) in [VARIANTS, FURTHER, STRATEGIES, BASELINES].concat() {
             all.extend(blackouts("", None, variant, &parse(file)?)?);
+        }
+        for mut preset in blackouts("", None, CHAMPION.0, &parse(CHAMPION.1)?)? {
+            if preset.name != CHAMPION.0 {
+                preset.layers.push(parse(CHAMPION_BLACKOUT)?);
+            }
+            all.push(preset);
         }
         let names = all.iter().map(|p| p.name.as_str());
         let suggestion = nearest(name, names);
@@ -75,29 +161,20 @@ impl Preset {
 /// [`ConfigError`] if a file of presets is malformed, which a test excludes.
 pub fn presets() -> Result<Vec<Preset>, ConfigError> {
     let mut presets = Vec::new();
-    for (task, task_file) in TASKS {
-        let strategies = if CLASSIC_CONTROL.contains(task) {
-            STRATEGIES
-        } else {
-            &[]
-        };
-        for (variant, variant_file) in VARIANTS.iter().chain(strategies).chain(BASELINES) {
-            let (task_layer, variant_layer) = (parse(task_file)?, parse(variant_file)?);
-            presets.extend(blackouts(task, Some(&task_layer), variant, &variant_layer)?);
+    for row in TASKS {
+        let name = row
+            .task
+            .rsplit_once("-v")
+            .map_or(row.task, |(bare, _)| bare);
+        let mut task_layer = parse(row.settings)?;
+        task_layer.insert("task".into(), row.task.into());
+        for (variant, file) in row.variants.concat() {
+            presets.extend(blackouts(name, Some(&task_layer), variant, &parse(file)?)?);
         }
-        for (_, file) in CHAMPIONS.iter().filter(|(name, _)| name == task) {
-            let (task_layer, champion) = (parse(task_file)?, parse(file)?);
-            let all = blackouts(task, Some(&task_layer), "champion", &champion)?;
-            // Each is tuned for the observability on which its task is judged.
-            let judged = if CLASSIC_CONTROL.contains(task) {
-                ""
-            } else {
-                "-b23"
-            };
-            presets.extend(all.into_iter().filter(|p| {
-                let suffix = p.name.rsplit("champion").next();
-                suffix == Some(judged)
-            }));
+        for (suffix, file) in row.champions {
+            let all = blackouts(name, Some(&task_layer), CHAMPION.0, &parse(file)?)?;
+            let wanted = format!("{name}-{}{suffix}", CHAMPION.0);
+            presets.extend(all.into_iter().filter(|preset| preset.name == wanted));
         }
     }
     Ok(presets)

@@ -1,5 +1,6 @@
 //! Scoring: what a policy returns on a task for given seeds.
 
+mod ablation;
 mod baseline;
 mod disturb;
 mod disturbance;
@@ -7,6 +8,7 @@ mod rollout;
 mod seeds;
 mod shaping;
 
+pub use ablation::{CountingWinners, Forgetful, MostUsed};
 pub use baseline::{ConstantController, RandomController};
 pub use disturb::Disturbed;
 pub use disturbance::{Direction, DisturbError, Disturbance, Effect, MAX_DELAY};

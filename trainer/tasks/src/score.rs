@@ -10,8 +10,14 @@ use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, episode_seed};
 use crate::exit_status::{Failure, Fault as _};
 use crate::stats;
 use crate::task::{
-    self, ActionSpace, Observability, Spec, UnknownTask, Wrappers, parse_stack, stack_text,
+    self, ActionSpace, Observability, Randomization, Spec, UnknownTask, Wrappers, parse_stack,
+    stack_text,
 };
+
+/// Most inputs of a policy in the loop, and on a serial line to a board.
+pub const LOOP_INPUTS: usize = 512;
+/// Most outputs of a policy in the loop.
+pub const LOOP_OUTPUTS: usize = 64;
 
 /// Arguments of a scoring command.
 #[derive(Debug, Clone)]
@@ -30,6 +36,18 @@ pub struct ScoreArgs {
     /// be repeated, applied in order.
     #[cfg_attr(feature = "clap", arg(long, value_name = "WRAPPER"))]
     pub disturb: Vec<Disturbance>,
+    /// Whether the robot differs from episode to episode as the task's file says in [randomize].
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "on|off",
+            value_enum,
+            hide_possible_values = true,
+            default_value = "on"
+        )
+    )]
+    pub randomize: Randomization,
     /// Number of test episodes.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..)))]
     pub episodes: u32,
@@ -56,6 +74,8 @@ pub struct Setup {
     pub observability: Vec<Observability>,
     /// What happens to observations and actions on their way.
     pub disturb: Vec<Disturbance>,
+    /// Whether the robot differs from episode to episode.
+    pub randomize: Randomization,
     /// Number of episodes.
     pub episodes: u32,
     /// Seed of the episodes.
@@ -82,7 +102,7 @@ impl ScoreArgs {
             parse_stack(&self.observability.join("+")).or_usage("bad --observability")?
         };
         let task_source = task::locate(self.task.as_deref().unwrap_or(policy.tables().task));
-        let task = match task::create(&task_source) {
+        let task = match task::create_with(&task_source, self.randomize) {
             Err(UnknownTask::NoSuchName { name, .. }) if self.task.is_none() => {
                 return Err(Failure::usage(anyhow::anyhow!(
                     "{} was evolved for the task {name:?}, which is not built in: give the file that describes it by \
@@ -108,6 +128,7 @@ impl ScoreArgs {
             task_source,
             observability,
             disturb: self.disturb,
+            randomize: self.randomize,
             episodes: self.episodes,
             seed: self.seed,
             json: self.json,
@@ -163,7 +184,7 @@ impl Setup {
     /// # Errors
     /// A [`Failure`] if the task cannot be made again.
     pub fn arena(&self) -> Result<Arena, Failure> {
-        let task = bad_task(task::create(&self.task_source))?;
+        let task = bad_task(task::create_with(&self.task_source, self.randomize))?;
         let wrappers =
             Wrappers::new(&self.observability, task.spec()).or_usage("bad --observability")?;
         Ok(Arena::new(task, wrappers))
@@ -199,6 +220,7 @@ impl Setup {
             task: self.task.clone(),
             observability: stack_text(&self.observability),
             disturbances: self.disturb.iter().map(ToString::to_string).collect(),
+            randomize: self.randomize == Randomization::On,
             seed: self.seed,
             mean: stats::mean(&returns),
             mean_ci95: stats::bootstrap_mean_95(&returns),
@@ -220,6 +242,8 @@ pub struct Report {
     pub observability: String,
     /// What happened to observations and actions on their way, in order.
     pub disturbances: Vec<String>,
+    /// Whether the robot differed from episode to episode where the task says so.
+    pub randomize: bool,
     /// Seed of the episodes.
     pub seed: u64,
     /// Return of each episode.
@@ -246,6 +270,9 @@ impl fmt::Display for Report {
         writeln!(f, "observability  {}", self.observability)?;
         if !self.disturbances.is_empty() {
             writeln!(f, "disturbances   {}", self.disturbances.join(", "))?;
+        }
+        if !self.randomize {
+            writeln!(f, "randomize      off")?;
         }
         writeln!(f, "episodes       {n}, seed {}", self.seed)?;
         let [low, high] = self.mean_ci95;

@@ -8,8 +8,10 @@ use plotters::style::{FontStyle, register_font};
 
 use super::figure::{FONT, Figure};
 
+/// Pixels of a PNG for each unit of length of a figure: screens show it at half its size, sharp.
+const RESOLUTION: u32 = 2;
 /// Pixels drawn for each pixel of a PNG, along each side: the library draws edges hard.
-const OVERSAMPLING: u32 = 3;
+const OVERSAMPLING: u32 = 2;
 
 /// Gives the font to the drawing library, once for the process.
 fn load_font() {
@@ -38,11 +40,14 @@ pub(super) fn svg(figure: &Figure) -> anyhow::Result<Vec<u8>> {
 pub(super) fn png(figure: &Figure) -> anyhow::Result<Vec<u8>> {
     load_font();
     let (width, height) = figure.size();
+    let (width, height) = (width * RESOLUTION, height * RESOLUTION);
     let drawn = (width * OVERSAMPLING, height * OVERSAMPLING);
     let mut pixels = vec![0; (drawn.0 * drawn.1 * 3) as usize];
     {
         let root = BitMapBackend::with_buffer(&mut pixels, drawn).into_drawing_area();
-        figure.draw(&root, OVERSAMPLING).map_err(describe)?;
+        figure
+            .draw(&root, RESOLUTION * OVERSAMPLING)
+            .map_err(describe)?;
     }
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);

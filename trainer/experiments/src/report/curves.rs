@@ -15,7 +15,7 @@ const POINTS: usize = 101;
 enum Band {
     /// From the least to the greatest run, as in chapter 2.
     Range,
-    /// One standard deviation each way, as in chapter 3.
+    /// One standard deviation each way, as in chapter 3, but not beyond the least and the greatest run.
     Deviation,
 }
 
@@ -23,6 +23,7 @@ enum Band {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Progress {
     Generations,
+    Steps,
     Time,
 }
 
@@ -34,11 +35,12 @@ enum Measure {
 }
 
 impl Progress {
-    /// In generations, or the decimal logarithm of seconds: variants that train as many generations differ in time by orders
+    /// In generations, environment steps, or the decimal logarithm of seconds: variants that train as many generations differ in time by orders
     /// of magnitude.
     fn of(self, point: &CurvePoint) -> f64 {
         match self {
             Progress::Generations => point.generation as f64,
+            Progress::Steps => point.steps as f64,
             Progress::Time => point.seconds.max(1e-3).log10(),
         }
     }
@@ -60,12 +62,21 @@ impl Measure {
     }
 }
 
-/// The figures of learning curves that belong to the experiment's chapter, with their names.
+/// More variants than this have a panel each, since no more looks can be told apart.
+const MOST_TOGETHER: usize = 7;
+/// Panels side by side where each variant has its own.
+const COLUMNS: usize = 4;
+
+/// The figures of learning curves, with their names: the thesis's where the experiment repeats a chapter, and always the score over
+/// environment steps.
 pub(super) fn figures(results: &Results) -> Vec<(String, Figure)> {
     let row = |progress, measure, band| -> Vec<Panel> {
         let tasks = results.tasks().into_iter();
         tasks
-            .map(|task| panel(results, task, progress, measure, band))
+            .map(|task| {
+                let groups: Vec<&Group> = results.of_task(task).collect();
+                panel(task, &groups, progress, measure, band)
+            })
             .collect()
     };
     let figure = |name: &str, title: &str, rows| {
@@ -76,33 +87,110 @@ pub(super) fn figures(results: &Results) -> Vec<(String, Figure)> {
         };
         (name.to_owned(), figure)
     };
-    if results.experiment.chapter == 2 {
-        let range = |progress, measure| vec![row(progress, measure, Band::Range)];
-        vec![
-            figure(
-                "figure-2.4",
-                "Score over time (as T Fig 2.4): mean over runs, band from least to greatest",
-                range(Progress::Time, Measure::Score),
-            ),
-            figure(
-                "figure-2.5",
-                "Score over generations (as T Fig 2.5): mean over runs, band from least to greatest",
-                range(Progress::Generations, Measure::Score),
-            ),
-            figure(
-                "figure-2.6",
-                "Complexity over generations (as T Fig 2.6): mean over runs, band from least to greatest",
-                range(Progress::Generations, Measure::Instructions),
-            ),
-        ]
-    } else {
-        let row = |measure| row(Progress::Generations, measure, Band::Deviation);
-        vec![figure(
-            "figure-3.5",
-            "Score and complexity over generations (as T Fig 3.5): mean ± standard deviation over runs",
-            vec![row(Measure::Score), row(Measure::Instructions)],
-        )]
+    let over_steps =
+        "Score over environment steps: mean ± standard deviation over runs, within their range";
+    if results.experiment.variants.len() > MOST_TOGETHER {
+        return results
+            .tasks()
+            .into_iter()
+            .map(|task| {
+                let figure = Figure {
+                    title: format!("{task}. {over_steps}"),
+                    rows: apart(results, task),
+                    legend: reference_legend(results),
+                };
+                (format!("score-over-steps-{task}"), figure)
+            })
+            .collect();
     }
+    let steps = figure(
+        "score-over-steps",
+        over_steps,
+        vec![row(Progress::Steps, Measure::Score, Band::Deviation)],
+    );
+    match results.experiment.chapter {
+        Some(2) => {
+            let range = |progress, measure| vec![row(progress, measure, Band::Range)];
+            vec![
+                figure(
+                    "figure-2.4",
+                    "Score over time (as T Fig 2.4): mean over runs, band from least to greatest",
+                    range(Progress::Time, Measure::Score),
+                ),
+                figure(
+                    "figure-2.5",
+                    "Score over generations (as T Fig 2.5): mean over runs, band from least to greatest",
+                    range(Progress::Generations, Measure::Score),
+                ),
+                figure(
+                    "figure-2.6",
+                    "Complexity over generations (as T Fig 2.6): mean over runs, band from least to greatest",
+                    range(Progress::Generations, Measure::Instructions),
+                ),
+                steps,
+            ]
+        }
+        Some(_) => {
+            let row = |measure| row(Progress::Generations, measure, Band::Deviation);
+            let figure = figure(
+                "figure-3.5",
+                "Score and complexity over generations (as T Fig 3.5): mean ± standard deviation over runs, within their range",
+                vec![row(Measure::Score), row(Measure::Instructions)],
+            );
+            vec![figure, steps]
+        }
+        None => vec![steps],
+    }
+}
+
+/// Panels of a task, one for each variant beside the first one, which is what they are compared with.
+fn apart(results: &Results, task: &str) -> Vec<Vec<Panel>> {
+    let groups: Vec<&Group> = results.of_task(task).collect();
+    let ends = groups
+        .iter()
+        .map(|group| common_end(&[*group], Progress::Steps));
+    let end = ends.fold(0.0, f64::max);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut panels = Vec::new();
+    for group in &groups {
+        let mut shown = vec![*group];
+        shown.extend(groups.iter().filter(|g| g.series == 0 && group.series != 0));
+        let mut panel = panel(
+            task,
+            &shown,
+            Progress::Steps,
+            Measure::Score,
+            Band::Deviation,
+        );
+        panel.title.clone_from(&group.variant);
+        panel.x = axis(panel.x.start, end);
+        for mark in &mut panel.marks {
+            if let Mark::Line(look, _) = mark {
+                *look = Look::new(usize::from(*look == Look::new(0)));
+            }
+        }
+        let range = panel.y_range();
+        (low, high) = (low.min(range.start), high.max(range.end));
+        panels.push(panel);
+    }
+    for panel in &mut panels {
+        panel.y = Some(low..high);
+    }
+    let mut panels = panels.into_iter().peekable();
+    let mut rows = Vec::new();
+    while panels.peek().is_some() {
+        rows.push(panels.by_ref().take(COLUMNS).collect());
+    }
+    rows
+}
+
+/// The legend of panels that show one variant each, beside the first of all.
+fn reference_legend(results: &Results) -> Vec<(String, Look)> {
+    let first = results.experiment.variants.first().cloned();
+    vec![
+        ("the variant".to_owned(), Look::new(0)),
+        (first.unwrap_or_default(), Look::new(1)),
+    ]
 }
 
 /// The variants that have runs.
@@ -117,18 +205,18 @@ fn legend(results: &Results) -> Vec<(String, Look)> {
         .collect()
 }
 
-fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, band: Band) -> Panel {
-    let groups: Vec<&Group> = results.of_task(task).collect();
+fn panel(task: &str, groups: &[&Group], progress: Progress, measure: Measure, band: Band) -> Panel {
     let end = match progress {
-        Progress::Generations => common_end(&groups, progress),
+        Progress::Generations => common_end(groups, progress),
         // Each variant is drawn as long as all its runs last.
-        Progress::Time => {
+        Progress::Steps | Progress::Time => {
             let ends = groups.iter().map(|group| common_end(&[*group], progress));
             ends.fold(f64::NEG_INFINITY, f64::max)
         }
     };
     let (unit, x_label, x_ticks) = match progress {
         Progress::Generations => (0.0, "generation", Ticks::Numbers),
+        Progress::Steps => (0.0, "environment steps", Ticks::Numbers),
         Progress::Time if end >= 3600f64.log10() => {
             (3600f64.log10(), "hours of training", Ticks::Logarithms)
         }
@@ -140,7 +228,7 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
     let marks = groups.iter().map(|group| {
         let end = match progress {
             Progress::Generations => end,
-            Progress::Time => common_end(&[*group], progress),
+            Progress::Steps | Progress::Time => common_end(&[*group], progress),
         };
         let xs = grid(&(start(&group.runs, progress)..end), progress);
         let points = xs.into_iter().filter_map(|x| {
@@ -170,8 +258,10 @@ fn panel(results: &Results, task: &str, progress: Progress, measure: Measure, ba
         x_label: x_label.to_owned(),
         y_label: measure.label().to_owned(),
         x: axis(from, to),
+        y: None,
         x_ticks,
         marks,
+        note: None,
     }
 }
 
@@ -214,7 +304,7 @@ fn grid(range: &Range<f64>, progress: Progress) -> Vec<f64> {
         Progress::Generations => (0..POINTS)
             .map(|i| (range.start + length * i as f64 / steps).round())
             .collect(),
-        Progress::Time => (0..POINTS)
+        Progress::Steps | Progress::Time => (0..POINTS)
             .map(|i| range.start + length * i as f64 / steps)
             .collect(),
     };
@@ -245,15 +335,17 @@ fn spread(values: &[f64], band: Band) -> Option<[f64; 3]> {
         return None;
     }
     let mean = stats::mean(values);
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let greatest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let [low, high] = match band {
-        Band::Range => {
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            [low, high]
-        }
+        Band::Range => [least, greatest],
+        // No run is outside, so the band is not either: a score has bounds that a deviation does not know.
         Band::Deviation => {
             let deviation = stats::standard_deviation(values);
-            [mean - deviation, mean + deviation]
+            [
+                (mean - deviation).max(least),
+                (mean + deviation).min(greatest),
+            ]
         }
     };
     Some([low, mean, high])
@@ -267,11 +359,12 @@ mod tests {
     fn bands_are_the_chapters() {
         let range = spread(&[1.0, 2.0, 6.0], Band::Range);
         assert_eq!(range.map(|band| band.map(|x| x as i32)), Some([1, 3, 6]));
-        let deviation = spread(&[1.0, 3.0, 5.0], Band::Deviation);
-        assert_eq!(
-            deviation.map(|band| band.map(|x| x as i32)),
-            Some([1, 3, 5])
-        );
+        let deviation = spread(&[1.0, 3.0, 3.0, 5.0], Band::Deviation);
+        let tenths = deviation.map(|band| band.map(|x| (10.0 * x) as i32));
+        assert_eq!(tenths, Some([13, 30, 46]));
+        // A deviation of 52 around a mean of 30 would reach below 0 and above 90.
+        let skew = spread(&[0.0, 0.0, 90.0], Band::Deviation);
+        assert_eq!(skew.map(|band| band.map(|x| x as i32)), Some([0, 30, 81]));
         assert_eq!(spread(&[], Band::Range), None);
     }
 

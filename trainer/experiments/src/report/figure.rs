@@ -5,6 +5,7 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// The family that canvases give a font to.
 pub(super) const FONT: &str = "sans-serif";
@@ -62,8 +63,12 @@ pub(super) struct Panel {
     pub(super) x_label: String,
     pub(super) y_label: String,
     pub(super) x: Range<f64>,
+    /// The ends of the y-axis; by default what is drawn decides.
+    pub(super) y: Option<Range<f64>>,
     pub(super) x_ticks: Ticks,
     pub(super) marks: Vec<Mark>,
+    /// What stands in the middle, such as why there is nothing to draw.
+    pub(super) note: Option<String>,
 }
 
 /// What stands below the x-axis.
@@ -233,11 +238,23 @@ impl Panel {
                 chart.draw_series(LineSeries::new(line, style))?;
             }
         }
+        if let Some(note) = &self.note {
+            let range = self.y_range();
+            let middle = (
+                (self.x.start + self.x.end) / 2.0,
+                (range.start + range.end) / 2.0,
+            );
+            let centred = text(TEXT).pos(Pos::new(HPos::Center, VPos::Center));
+            chart.draw_series([Text::new(note.clone(), middle, centred)])?;
+        }
         Ok(())
     }
 
     /// All that is drawn, with some room above and below; bars stand on 0.
-    fn y_range(&self) -> Range<f64> {
+    pub(super) fn y_range(&self) -> Range<f64> {
+        if let Some(range) = &self.y {
+            return range.clone();
+        }
         let mut low = f64::INFINITY;
         let mut high = f64::NEG_INFINITY;
         let mut room_below = 0.0;

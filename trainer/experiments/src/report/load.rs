@@ -77,7 +77,7 @@ impl Results {
 
     /// Tasks that have runs, in the experiment's order.
     pub(super) fn tasks(&self) -> Vec<&str> {
-        let tasks = self.experiment.tasks.iter().map(String::as_str);
+        let tasks = self.experiment.labels().into_iter();
         tasks
             .filter(|task| self.of_task(task).next().is_some())
             .collect()
@@ -91,7 +91,7 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
     let mut groups = Vec::new();
     let mut missing = Vec::new();
     let mut known = Vec::new();
-    for task in &experiment.tasks {
+    for task in experiment.labels() {
         for (series, variant) in experiment.variants.iter().enumerate() {
             let mut runs = Vec::new();
             for repeat in 1..=experiment.repeats {
@@ -106,7 +106,7 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
             }
             whole_accesses(folder, &runs)?;
             groups.push(Group {
-                task: task.clone(),
+                task: task.to_owned(),
                 variant: variant.clone(),
                 series,
                 runs,

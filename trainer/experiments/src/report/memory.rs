@@ -20,7 +20,7 @@ const KINDS: [(AccessKind, &str); 2] = [(AccessKind::Write, "writes"), (AccessKi
 
 /// The figures of memory use, for each variant with team memory, with their names.
 pub(super) fn figures(results: &Results) -> Vec<(String, Figure)> {
-    if results.experiment.chapter != 3 {
+    if results.experiment.chapter != Some(3) {
         return Vec::new();
     }
     let mut figures = Vec::new();
@@ -52,6 +52,11 @@ pub(super) fn figures(results: &Results) -> Vec<(String, Figure)> {
 fn by_slot(variant: &str, champions: &[(&Group, &Run, &[Access])]) -> Figure {
     let rows = KINDS.map(|(kind, what)| {
         let panels = champions.iter().map(|(group, run, accesses)| Panel {
+            y: None,
+            note: of_kind(accesses, kind)
+                .next()
+                .is_none()
+                .then(|| format!("no {what}")),
             title: format!("{}, repeat {}", group.task, run.row.repeat),
             x_label: "slot of each section".to_owned(),
             y_label: format!("{what} per episode"),
@@ -114,7 +119,16 @@ fn by_program(variant: &str, champions: &[(&Group, &Run, &[Access])]) -> Figure 
                 Mark::Bar(Look::new(1), [x - 0.4, x + 0.4, writes, top]),
             ]
         });
+        let read = of_kind(accesses, AccessKind::Read).next().is_some();
+        let written = of_kind(accesses, AccessKind::Write).next().is_some();
         Panel {
+            y: None,
+            note: match (written, read) {
+                (true, true) => None,
+                (true, false) => Some("no reads".to_owned()),
+                (false, true) => Some("no writes".to_owned()),
+                (false, false) => Some("neither reads nor writes".to_owned()),
+            },
             title: format!("{}, repeat {}", group.task, run.row.repeat),
             x_label: format!(
                 "program (of {programs}, {} team{})",

@@ -68,8 +68,8 @@ pub(super) fn pairs(results: &Results, there: &str) -> Table {
     }
 }
 
-fn method(chapter: u8) -> &'static str {
-    if chapter == 2 {
+fn method(chapter: Option<u8>) -> &'static str {
+    if chapter == Some(2) {
         "As the thesis tests (T §2.5.5): two-sided Mann-Whitney U test at 0.05 of the test returns of all champions of a variant, pooled over runs, \
          without correction for several tests; the thesis compares with per-episode only. Episodes of one champion are no independent runs, \
          so that test speaks of these champions alone. Over seeds: the same test of one number for each run, its champion's test mean, \
@@ -108,8 +108,8 @@ fn of_task<'a>(results: &'a Results, task: &'a str) -> Vec<Pair<'a>> {
 }
 
 /// The returns that the thesis tests: in chapter 2 of every champion, in chapter 3 of the best one.
-fn episodes(group: &Group, chapter: u8) -> Vec<f64> {
-    if chapter == 2 {
+fn episodes(group: &Group, chapter: Option<u8>) -> Vec<f64> {
+    if chapter == Some(2) {
         let runs = group.runs.iter();
         runs.flat_map(|run| run.row.test_returns.iter().copied())
             .collect()

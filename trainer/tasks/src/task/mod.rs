@@ -32,8 +32,10 @@ pub use error::UnknownTask;
 pub(crate) use observability::words_of;
 pub use observability::{Observability, ObservabilityError, parse_stack, stack_text};
 pub use pendulum::Pendulum;
-pub use registry::{create, description_file, identity, locate, names, simulator_version, sources};
+pub use registry::{
+    create, create_with, description_file, identity, locate, names, simulator_version, sources,
+};
 pub use rng::Rng;
 pub(crate) use spec::round;
-pub use spec::{ActionSpace, Channel, Spec, Step, Task, Terms};
+pub use spec::{ActionSpace, Channel, Randomization, Spec, Step, Task, Terms};
 pub use wrappers::Wrappers;

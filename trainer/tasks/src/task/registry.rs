@@ -1,6 +1,6 @@
 //! Tasks by name.
 
-use super::{Acrobot, CartPole, Pendulum, Task, UnknownTask};
+use super::{Acrobot, CartPole, Pendulum, Randomization, Task, UnknownTask};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -60,6 +60,10 @@ static TABLE: &[Row] = &[
     robot!("hopper-v5", false),
     robot!("half-cheetah-v4", true),
     robot!("half-cheetah-v5", false),
+    robot!("inverted-double-pendulum-skip1-v1", true),
+    robot!("hopper-skip1-v1", true),
+    robot!("hopper-skip1-free-v1", true),
+    robot!("half-cheetah-skip1-v1", true),
     robot!("inverted-pendulum-v4", false),
     robot!("inverted-pendulum-v5", true),
     robot!("walker2d-v4", false),
@@ -107,8 +111,18 @@ pub fn names() -> &'static [&'static str] {
 /// # }
 /// ```
 pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
+    create_with(name, Randomization::On)
+}
+
+/// Makes a task as [`create`] does, with its randomization on or off.
+///
+/// Initial states and goals of a seed are the same in both cases.
+///
+/// # Errors
+/// Those of [`create`].
+pub fn create_with(name: &str, randomization: Randomization) -> Result<Box<dyn Task>, UnknownTask> {
     if let Some(path) = description_file(name) {
-        return described(path);
+        return described(path, randomization);
     }
     let row = find(name)?;
     let make = row.make.ok_or(UnknownTask::NeedsMujoco {
@@ -138,13 +152,13 @@ pub fn description_file(name: &str) -> Option<&Path> {
 }
 
 #[cfg(feature = "mujoco")]
-fn described(path: &Path) -> Result<Box<dyn Task>, UnknownTask> {
+fn described(path: &Path, randomization: Randomization) -> Result<Box<dyn Task>, UnknownTask> {
     let taken: Vec<&str> = TABLE.iter().map(|row| row.name).collect();
-    super::mujoco::custom::load(path, &taken)
+    super::mujoco::custom::load(path, &taken, randomization)
 }
 
 #[cfg(not(feature = "mujoco"))]
-fn described(_: &Path) -> Result<Box<dyn Task>, UnknownTask> {
+fn described(_: &Path, _: Randomization) -> Result<Box<dyn Task>, UnknownTask> {
     Err(UnknownTask::NeedsMujoco {
         name: "that a file describes",
         known: names(),
@@ -171,7 +185,7 @@ pub fn identity(name: &str) -> Result<String, UnknownTask> {
     #[cfg(feature = "mujoco")]
     return super::mujoco::custom::digest(path);
     #[cfg(not(feature = "mujoco"))]
-    return described(path).map(|_| String::new());
+    return described(path, Randomization::Off).map(|_| String::new());
 }
 
 /// The files that a described task depends on, each with its SHA-256: the description, the model, and every file that
@@ -188,7 +202,7 @@ pub fn sources(name: &str) -> Result<Vec<(String, [u8; 32])>, UnknownTask> {
     #[cfg(feature = "mujoco")]
     return super::mujoco::custom::sources(path);
     #[cfg(not(feature = "mujoco"))]
-    return described(path).map(|_| Vec::new());
+    return described(path, Randomization::Off).map(|_| Vec::new());
 }
 
 /// The name without its version.

@@ -83,6 +83,18 @@ pub struct Terms {
     pub control: f64,
 }
 
+/// Whether a described task differs from episode to episode as its file says: its `[randomize]`, and the `offset` of its
+/// observations. No built-in task does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Randomization {
+    /// As the file says.
+    #[default]
+    On,
+    /// All episodes have the model as its file has it, and true observations.
+    Off,
+}
+
 /// A plant that a policy controls.
 ///
 /// `reset` and `step` never allocate, lock or log after the first use of a task in a process.

@@ -243,6 +243,14 @@ impl Description {
         Ok(read)
     }
 
+    /// Drops what makes the robot of one episode differ from that of another.
+    pub(super) fn stop_randomizing(&mut self) {
+        self.randomize = Scales::default();
+        for observation in &mut self.observation {
+            observation.offset = 0.0;
+        }
+    }
+
     fn check(&self) -> Result<(), String> {
         let name = self.name.as_bytes();
         let version = self

@@ -5,7 +5,7 @@ use super::files::{read, sources};
 use super::plant::Robot;
 use super::sound;
 use crate::task::mujoco::sim::compile;
-use crate::task::{Task, UnknownTask};
+use crate::task::{Randomization, Task, UnknownTask};
 use mujoco_rs::error::MjModelError;
 use mujoco_rs::prelude::{MjModel, MjtDisableBit};
 use std::collections::BTreeMap;
@@ -13,12 +13,19 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Makes the task that a TOML file describes; names of built-in tasks are taken.
-pub(in crate::task) fn load(path: &Path, taken: &[&str]) -> Result<Box<dyn Task>, UnknownTask> {
+pub(in crate::task) fn load(
+    path: &Path,
+    taken: &[&str],
+    randomization: Randomization,
+) -> Result<Box<dyn Task>, UnknownTask> {
     let bad = |path: &Path, why: String| UnknownTask::BadFile {
         path: path.to_owned(),
         why,
     };
-    let (description, model_path) = read(path)?;
+    let (mut description, model_path) = read(path)?;
+    if randomization == Randomization::Off {
+        description.stop_randomizing();
+    }
     if taken.contains(&description.name.as_str()) {
         let why = format!("name = {:?}: a built-in task has it", description.name);
         return Err(bad(path, why));
