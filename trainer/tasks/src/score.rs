@@ -36,7 +36,7 @@ pub struct ScoreArgs {
     /// be repeated, applied in order.
     #[cfg_attr(feature = "clap", arg(long, value_name = "WRAPPER"))]
     pub disturb: Vec<Disturbance>,
-    /// Whether the robot differs from episode to episode as the task's file says in [randomize].
+    /// Whether the robot differs from episode to episode as the table randomize of the task's file says.
     #[cfg_attr(
         feature = "clap",
         arg(
