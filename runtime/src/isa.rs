@@ -103,6 +103,22 @@ pub enum Operand {
     Cell,
 }
 
+impl Operand {
+    /// Whether it can be a register or the observation in its place. Its field is then an offset among the state words.
+    #[must_use]
+    pub const fn is_value(self) -> bool {
+        matches!(
+            self,
+            Operand::S
+                | Operand::V
+                | Operand::M
+                | Operand::VElement
+                | Operand::MElement
+                | Operand::SOrVElement
+        )
+    }
+}
+
 /// A family of operations. A policy's header lists the families that it uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]

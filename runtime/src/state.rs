@@ -78,9 +78,7 @@ impl Machine<'_, '_, [f32]> {
             *self.indexed = seed_streams(self.policy, self.streams, agent_seed);
         }
     }
-}
 
-impl Machine<'_, '_, [f32]> {
     /// Sets registers or shared memory to their initial values. Random streams and the front end go on.
     pub(crate) fn restore(self, what: Restore) {
         if what != Restore::Registers {

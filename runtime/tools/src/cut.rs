@@ -94,7 +94,10 @@ impl<'a, 'p> Parts<'a, 'p> {
 
     fn add_program(&mut self, old: Program) {
         let words = old.register_words(self.width());
-        let moved = |at: u16| (usize::from(at) + self.state - usize::from(old.state_start)) as u16;
+        // State words of the program lie elsewhere now. What lies before them is the observation, which stays.
+        let first = usize::from(old.state_start);
+        let state = self.state;
+        let moved = |at: u16| (usize::from(at) + state - first) as u16;
         let mut new = old;
         new.code_start = self.code.len() as u32;
         new.state_start = moved(old.state_start);
@@ -106,13 +109,13 @@ impl<'a, 'p> Parts<'a, 'p> {
             let op = instruction.op;
             let shift = |at: &mut u16, is_offset: bool| {
                 if is_offset && *at >= old.state_start {
-                    *at = (usize::from(*at) + self.state - usize::from(old.state_start)) as u16;
+                    *at = moved(*at);
                 }
             };
             shift(&mut instruction.d, op.destination() != Destination::None);
             let [a, b] = op.operands();
-            shift(&mut instruction.a, is_register(a));
-            shift(&mut instruction.b, is_register(b));
+            shift(&mut instruction.a, a.is_value());
+            shift(&mut instruction.b, b.is_value());
             self.groups |= op.group().bit();
             if let Some(section) = op.section()
                 && op.destination() != Destination::None
@@ -225,17 +228,4 @@ impl<'a, 'p> Parts<'a, 'p> {
         let slots = slots.flatten().copied();
         slots.chain(old.memory[cells..].iter().copied()).collect()
     }
-}
-
-/// Whether an operand may be a state offset of a register.
-const fn is_register(operand: Operand) -> bool {
-    matches!(
-        operand,
-        Operand::S
-            | Operand::V
-            | Operand::M
-            | Operand::VElement
-            | Operand::MElement
-            | Operand::SOrVElement
-    )
 }

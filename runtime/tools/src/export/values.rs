@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use tpg_runtime::isa::{Destination, Form, Operand, REGISTERS};
+use tpg_runtime::isa::{Destination, Form, REGISTERS};
 use tpg_runtime::tables::{Program, Section, Team};
 
 use super::plan::Plan;
@@ -112,7 +112,7 @@ impl Plan<'_> {
                 read.extend(register(i.d));
             }
             for (kind, at) in i.op.operands().into_iter().zip([i.a, i.b]) {
-                if is_register_or_input(kind) {
+                if kind.is_value() {
                     read.extend(register(at));
                 }
             }
@@ -215,16 +215,4 @@ pub(super) fn sections(team: &Team) -> impl Iterator<Item = Section> + use<'_> {
 /// The numbers in a table.
 pub(super) fn floats(words: &[[u8; 4]]) -> Vec<f32> {
     words.iter().map(|w| f32::from_le_bytes(*w)).collect()
-}
-
-const fn is_register_or_input(kind: Operand) -> bool {
-    matches!(
-        kind,
-        Operand::S
-            | Operand::V
-            | Operand::M
-            | Operand::VElement
-            | Operand::MElement
-            | Operand::SOrVElement
-    )
 }
