@@ -24,7 +24,7 @@ use tpg_trainer::session::{
 use crate::batch::{Answer, Asked, Batch, Rollout};
 use crate::convert::{bad_value, failed, text};
 use crate::evaluator::{Asking, Event};
-use crate::task::{Described, spec};
+use crate::task::{Described, in_words, spec};
 
 /// How often a wait looks whether Python was interrupted.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -199,7 +199,7 @@ impl Evolution {
 
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let snapshot = self.latest(|latest| latest.snapshot.clone());
-        let task = ("the spaces".to_owned(), format!("{:?}", self.spec));
+        let task = ("the spaces".to_owned(), in_words(&self.spec));
         py.detach(|| snapshot.save(&path, vec![task], LogMark::default()))
             .map_err(|error| PyOSError::new_err(text(&error)))
     }
@@ -324,10 +324,10 @@ fn closed() -> PyErr {
 
 fn load_checkpoint(path: &Path, spec: &Spec) -> PyResult<Session> {
     let loaded = load_external(path, spec).map_err(|error| bad_value(&error))?;
-    let now = format!("{spec:?}");
+    let now = in_words(spec);
     match loaded.task_files.first() {
         Some((_, before)) if *before != now => Err(PyValueError::new_err(format!(
-            "{} was written for another environment: {before} instead of {now}",
+            "{} was written for another environment: {before}, not {now}",
             path.display()
         ))),
         _ => Ok(loaded.session),

@@ -71,3 +71,17 @@ pub(crate) fn spec(task: Described) -> PyResult<Spec> {
         period_us: period_us as u32,
     })
 }
+
+/// All that distinguishes one environment from another, in a line.
+pub(crate) fn in_words(spec: &Spec) -> String {
+    let Spec {
+        name,
+        inputs,
+        actions,
+        max_steps,
+        period_us,
+        ..
+    } = spec;
+    let inputs = inputs.len();
+    format!("{name} ({inputs} inputs, {actions}, at most {max_steps} steps of {period_us} us)")
+}
