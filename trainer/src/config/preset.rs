@@ -51,7 +51,7 @@ struct TaskRow {
     /// Which of the defaults it overrides.
     settings: &'static str,
     variants: &'static [&'static [Part]],
-    /// What has paid on it (docs/learning.md), by the suffix of the observability for which it is tuned.
+    /// Settings of its champion (docs/learning.md), by the suffix of the observability for which it is tuned.
     champions: &'static [Part],
 }
 
