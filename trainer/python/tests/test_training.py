@@ -224,7 +224,13 @@ def test_an_interrupt_ends_within_a_second_and_the_run_goes_on(tmp_path):
         tpg.train("CartPole-v1", seed=1, generations=1000, settings={SMALL}, progress=False, num_envs=4, out="run",
                   callback=lambda report, _: print("generation", flush=True))
     """)
-    with subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
+
+    def listen():
+        # A shell lets what it starts in the background ignore SIGINT; Python then installs no handler.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, preexec_fn=listen, **pipes) as child:
         child.stdout.readline()
         time.sleep(0.3)
         child.send_signal(signal.SIGINT)
