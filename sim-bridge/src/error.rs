@@ -196,14 +196,12 @@ pub enum BridgeError {
         advice: &'static str,
     },
     /// The board refused a request.
-    #[error("controller at {path} refused the request: {reason} {detail}")]
+    #[error("controller at {path} refused the request: {reason}")]
     BoardRefused {
         /// The line.
         path: String,
         /// Why.
-        reason: &'static str,
-        /// The number that this is about.
-        detail: u32,
+        reason: String,
     },
     /// The handler of Ctrl-C cannot be installed.
     #[error("cannot watch for Ctrl-C")]

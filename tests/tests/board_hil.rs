@@ -153,7 +153,7 @@ fn a_board_takes_a_new_policy_keeps_it_over_a_reset_and_is_missed_when_unplugged
             "hil",
             text(file),
             "--episodes",
-            "1",
+            "20",
             "--controller",
             &controller,
         ];
@@ -182,13 +182,22 @@ fn a_board_takes_a_new_policy_keeps_it_over_a_reset_and_is_missed_when_unplugged
         on_board(new.path()).status.success(),
         "the policy in use stays"
     );
-    // New, but without a decision before the reset: the one before it comes back.
+    // New, but not confirmed before the reset: the one before it comes back.
     tpg_ok(&["update", text(&old), "--controller", &controller]);
+    let list = || tpg_json(&["update", "--list", "--controller", &controller, "--json"]);
+    assert_eq!(list()["slots"][2]["state"], "unconfirmed");
     emulator.command("system_reset");
     assert!(
         on_board(new.path()).status.success(),
-        "back to the last one that decided"
+        "back to the last one that was confirmed"
     );
+    // The same without a reset, then all the way back.
+    tpg_ok(&["update", text(&old), "--controller", &controller]);
+    tpg_ok(&["update", "--revert", "--controller", &controller]);
+    assert_eq!(list()["slots"][1]["in_use"], true);
+    tpg_ok(&["update", "--erase", "--controller", &controller]);
+    assert_eq!(list()["slots"][0]["in_use"], true);
+    tpg_ok(&["update", text(new.path()), "--controller", &controller]);
     let unplugged = thread::scope(|scope| {
         let run = scope.spawn(|| {
             let file = text(new.path());

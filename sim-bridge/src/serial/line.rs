@@ -211,8 +211,7 @@ impl Line {
     pub(super) fn refused(&self, refusal: wire::Refusal, detail: u32) -> BridgeError {
         BridgeError::BoardRefused {
             path: self.path.clone(),
-            reason: refusal.text(),
-            detail,
+            reason: refusal.explain(detail).to_string(),
         }
     }
 
