@@ -216,6 +216,30 @@ fn garbage_is_counted_and_never_acted_on() {
     assert!(!error.contains(" 0 damaged"), "{error}");
 }
 
+/// The far end of a pseudo-terminal. It cannot be read before the near end is open.
+struct Patient(TTYPort);
+
+impl Read for Patient {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            if let Ok(len) = self.0.read(buffer) {
+                return Ok(len);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Write for Patient {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
+}
+
 #[test]
 fn a_tty_serves_as_well() {
     let (mut far, near) = TTYPort::pair().expect("a pseudo-terminal");
@@ -228,7 +252,7 @@ fn a_tty_serves_as_well() {
     let file = policy::hopper();
     let bytes: &'static [u8] = file.clone().leak();
     thread::spawn(move || {
-        run_board::<tpg_runtime::Fixed<3>>(bytes, std::iter::once(&mut far), CLEAN, u32::MAX);
+        run_board::<tpg_runtime::Fixed<3>>(bytes, std::iter::once(Patient(far)), CLEAN, u32::MAX);
     });
     // A process that another test is just starting has the near end open too, until it becomes its program.
     let remote = (0..100).find_map(|_| match connect(&file, &place, WATCHDOG) {
