@@ -2,10 +2,13 @@
 //!
 //! `docs/format.md` is the specification of the format.
 
+mod contract;
 mod decode;
 mod encode;
 mod header;
 
+pub(crate) use contract::lines;
+pub use contract::{contract, contract_bytes};
 pub use decode::{Blob, DecodeError};
 pub use encode::{EncodeError, encode, encoded_bound};
 pub(crate) use header::HeaderFault;

@@ -5,7 +5,7 @@ mod header;
 mod programs;
 mod teams;
 
-use crate::blob::{Blob, Header};
+use crate::blob::{Blob, Header, lines};
 use crate::front_end::FrontEnd;
 use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables};
@@ -164,18 +164,6 @@ fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyErr
 
 fn labels(text: &str) -> impl Iterator<Item = (&str, &str)> {
     lines(text).map(|line| line.split_once('\t').unwrap_or_default())
-}
-
-/// The lines of a text.
-///
-/// `str::lines` contains a panic that the compiler cannot remove. This function has none.
-fn lines(mut text: &str) -> impl Iterator<Item = &str> + Clone {
-    core::iter::from_fn(move || {
-        let (line, rest) = text.split_once('\n').unwrap_or((text, ""));
-        let more = !text.is_empty();
-        text = rest;
-        more.then_some(line)
-    })
 }
 
 fn is_label(line: &str) -> bool {

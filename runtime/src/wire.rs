@@ -11,7 +11,7 @@ use core::fmt;
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize};
 
-use crate::blob::{CRC, CRC_BYTES, Checksum, VERSION};
+use crate::blob::{Blob, CRC, CRC_BYTES, Checksum, VERSION, contract};
 use crate::isa::FINGERPRINT;
 use crate::verify::Policy;
 
@@ -47,10 +47,14 @@ pub enum Request<'a> {
         /// The observation: four bytes for each element.
         values: &'a [u8],
     },
-    /// Make room for a new policy. The policy in use stays.
+    /// Make room for a new policy. The confirmed policy stays.
     Begin {
         /// Number of bytes of its file.
         bytes: u32,
+        /// Hash of its [contract](crate::blob::contract()).
+        contract: u64,
+        /// Whether another contract than that of the confirmed policy is wanted.
+        forced: bool,
     },
     /// Store a part of the new policy. Each part begins where the one before ended.
     Store {
@@ -68,6 +72,11 @@ pub enum Request<'a> {
     },
     /// Give up the policy in use for the confirmed one of the other slot, or for the built-in one.
     Revert,
+    /// Ask for a part of the [contract](crate::blob::contract_bytes) of the confirmed policy, to which a new one must fit.
+    Contract {
+        /// Offset of the part's first byte.
+        at: u32,
+    },
     /// Erase a slot. If it is the one in use, the board gives up its policy first.
     Erase {
         /// Number of the slot: 1 or 2.
@@ -105,6 +114,13 @@ pub enum Answer<'a> {
     },
     /// The answer to [`Request::Slot`].
     Slot(Stored),
+    /// The answer to [`Request::Contract`].
+    Contract {
+        /// Bytes of the whole contract.
+        total: u32,
+        /// The part.
+        bytes: &'a [u8],
+    },
 }
 
 /// Why a board refuses a request.
@@ -129,6 +145,10 @@ pub enum Refusal {
     Memory,
     /// There is no such slot. The detail is its number.
     Slot,
+    /// The new policy has another contract than the confirmed one, so it is one for another robot. The detail is 0.
+    Robot,
+    /// The stored policy has another contract than was announced. The detail is the number of bytes.
+    Announced,
 }
 
 impl Refusal {
@@ -177,6 +197,15 @@ impl fmt::Display for Explained {
                 write!(f, "its memory for policies cannot be written at byte {n}")
             }
             Refusal::Slot => write!(f, "it has no slot {n}"),
+            Refusal::Robot => {
+                write!(f, "new policy is for a robot with another contract")
+            }
+            Refusal::Announced => {
+                write!(
+                    f,
+                    "the {n} bytes that were stored have another contract than was announced"
+                )
+            }
         }
     }
 }
@@ -221,6 +250,10 @@ pub struct Stored {
     pub bytes: u32,
     /// Checksum of the policy's file: its last four bytes.
     pub crc: u32,
+    /// Format version of the policy's file, 0 in an empty slot.
+    pub format: u16,
+    /// Hash of the policy's [contract](crate::blob::contract()), 0 if it cannot be read.
+    pub contract: u64,
 }
 
 impl Stored {
@@ -233,8 +266,17 @@ impl Stored {
             in_use,
             bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
             crc: stored_crc(file),
+            format: (file.get(4..).and_then(<[u8]>::first_chunk)).map_or(0, |v| u16::from_le_bytes(*v)),
+            contract: contract_of(file),
         }
     }
+}
+
+/// Hash of the contract of a policy's file, 0 if the bytes are no such file.
+#[must_use]
+pub fn contract_of(file: &[u8]) -> u64 {
+    let blob = Blob::decode(file);
+    blob.map_or(0, |blob| contract(blob.header(), blob.tables().labels))
 }
 
 fn stored_crc(file: &[u8]) -> u32 {

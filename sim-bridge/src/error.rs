@@ -195,6 +195,18 @@ pub enum BridgeError {
         /// What to do.
         advice: &'static str,
     },
+    /// The new policy is for another robot than the board's confirmed one.
+    #[error(
+        "policy is for another robot than that of the controller at {path}: {}; nothing was written, and --force sends it \
+         all the same",
+        differences.join("; ")
+    )]
+    OtherRobot {
+        /// The line.
+        path: String,
+        /// What differs, with both values.
+        differences: Vec<String>,
+    },
     /// The board refused a request.
     #[error("controller at {path} refused the request: {reason}")]
     BoardRefused {
@@ -243,6 +255,7 @@ impl BridgeError {
             | Self::Unplugged { .. }
             | Self::NoAnswer { .. }
             | Self::OtherBoard { .. }
+            | Self::OtherRobot { .. }
             | Self::BoardRefused { .. } => Status::Peer,
             Self::Interrupted => Status::Interrupted,
         }

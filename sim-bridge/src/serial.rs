@@ -3,6 +3,7 @@
 //! [`Line`] asks and waits, sends again what was lost; `SerialLink` makes it a controller's transport; [`Updater`]
 //! gives a board a new policy, or takes one back. What travels is `tpg_runtime::wire`.
 
+mod contract;
 mod line;
 mod link;
 mod port;

@@ -11,12 +11,13 @@ use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 
 use crate::args::TimeoutArgs;
 use crate::interrupt;
+use crate::note;
 use crate::outcome::failure;
 use crate::serial::{Listed, SerialPath, Updated, Updater};
 
 /// Give a board a new policy without flashing it anew, or take one back.
 ///
-/// The board stores the policy beside the confirmed one, checks it and changes over. Once the new policy has controlled
+/// A policy for another robot is refused before anything is written. The board stores the policy beside the confirmed one, checks it and changes over. Once the new policy has controlled
 /// the plant well, the firmware confirms it. If the board starts again before that, it reverts the policy. Wherever the
 /// power is cut, a working policy remains.
 #[derive(Debug, Parser)]
@@ -33,6 +34,9 @@ pub struct UpdateArgs {
     /// Exported policy.
     #[arg(value_name = "FILE.tpg", required_unless_present = "Instead")]
     file: Option<PathBuf>,
+    /// Send the policy although it is for another robot than the board's confirmed one, and say what differs.
+    #[arg(long, conflicts_with = "Instead")]
+    force: bool,
     /// What to do in place of an update.
     #[command(flatten)]
     instead: Instead,
@@ -83,7 +87,13 @@ fn send(args: &UpdateArgs, path: &Path) -> Result<Updated, Failure> {
     let file = path.display();
     let blob = std::fs::read(path).or_bad_input(format!("cannot read {file}"))?;
     let policy = Policy::load(&blob).or_bad_input(format!("cannot use {file}"))?;
-    connect(args)?.update(&policy, &blob).map_err(failure)
+    let mut updater = connect(args)?;
+    if args.force {
+        for difference in updater.compare(&policy, &blob).map_err(failure)? {
+            note(format_args!("forced: {difference}"));
+        }
+    }
+    updater.update(&policy, &blob, args.force).map_err(failure)
 }
 
 fn connect(args: &UpdateArgs) -> Result<Updater, Failure> {
@@ -121,6 +131,8 @@ fn slots(listed: &Listed) -> serde_json::Value {
             "in_use": slot.in_use,
             "bytes": slot.bytes,
             "checksum": format!("{:08x}", slot.crc),
+            "format": slot.format,
+            "contract": format!("{:016x}", slot.contract),
         })
     });
     json!({ "slots": slots.collect::<Vec<_>>() })

@@ -277,7 +277,7 @@ fn an_update_over_a_bad_line_changes_over() {
     let file = policy::cartpole(2);
     let new = Policy::load(&file).expect("valid");
     let updater = || Updater::connect(&board.place, WATCHDOG).expect("a board");
-    let updated = updater().update(&new, &file).expect("it changes over");
+    let updated = updater().update(&new, &file, false).expect("it changes over");
     assert_eq!((updated.before.slot, updated.after.slot), (0, 1));
     assert_eq!(updated.after.provenance, [2; 16]);
     assert!(!updated.confirmed);
@@ -298,15 +298,18 @@ fn an_update_over_a_bad_line_changes_over() {
     assert!(reverted.confirmed);
     let error = updater().revert().expect_err("none before it").to_string();
     assert!(error.contains("none comes before that"), "{error}");
-    updater().update(&new, &file).expect("it changes over");
+    updater().update(&new, &file, false).expect("it changes over");
     let erased = updater().erase().expect("erased");
     assert_eq!(erased.after.slot, 0);
 }
 
 #[test]
-fn the_command_lists_reverts_and_erases() {
+fn the_command_compares_forces_lists_reverts_and_erases() {
     let folder = Folder::new();
     let file = folder.file("new.tpg", &policy::cartpole(2));
+    let slow = folder.file("slow.tpg", &policy::cartpole_every(3, 50_000));
+    let hopper = folder.file("hopper.tpg", &policy::hopper());
+    let [slow, hopper] = [&slow, &hopper].map(|path| path.to_str().expect("text"));
     let place = tempfile::tempdir().expect("a folder");
     let board = board(place.path(), policy::cartpole(1), CLEAN, u32::MAX);
     let controller = format!("serial:{}", board.path.display());
@@ -330,6 +333,25 @@ fn the_command_lists_reverts_and_erases() {
             "the board reverts it at its next start",
         ),
         (&["--list"], Some(0), "not confirmed yet, in use"),
+        (
+            &[slow],
+            Some(4),
+            "control period is 20 ms on the board, 50 ms in the new policy; nothing was written",
+        ),
+        (
+            &[hopper],
+            Some(4),
+            "observation has 4 values on the board, 11 values in the new policy",
+        ),
+        (&["--list"], Some(0), "not confirmed yet, in use"),
+        (
+            &[slow, "--force"],
+            Some(0),
+            "forced: control period is 20 ms on the board, 50 ms in the new policy",
+        ),
+        (&["--revert"], Some(0), "in slot 0"),
+        (&[slow, "--force"], Some(0), "in slot 1"),
+        (&[file], Some(0), "in slot 1"),
         (&["--list", "--json"], Some(0), "\"state\":\"unconfirmed\""),
         (&["--revert"], Some(0), "in slot 0"),
         (&["--revert"], Some(4), "none comes before that"),

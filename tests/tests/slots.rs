@@ -5,6 +5,8 @@ use std::fs;
 use tpg_board::serial::{GOOD_PERIODS, Session};
 use tpg_board::sim::SimFlash;
 use tpg_board::slots::Slots;
+use tpg_runtime::blob::contract_bytes;
+use tpg_runtime::hash::{START_64, fnv1a_64};
 use tpg_runtime::wire::{
     self, Answer, Frame, Identity, Receiver, Refusal, Request, SlotState, Stored,
 };
@@ -12,7 +14,7 @@ use tpg_runtime::{Agent, Fixed, Policy};
 use tpg_tests::golden;
 
 const BUILT_IN: &[u8] = include_bytes!("../golden/champions/hopper-sr-sm-b23.tpg");
-const FLASH: usize = 4096;
+const FLASH: usize = 2048;
 /// Bytes that the erasure of a slot changes.
 const ERASURE: u64 = FLASH as u64 / 2;
 /// Bytes of a mark.
@@ -103,8 +105,14 @@ impl Board {
     }
 
     fn update(&mut self, file: &[u8]) -> Result<(), (Refusal, u32)> {
+        self.update_by(file, false)
+    }
+
+    fn update_by(&mut self, file: &[u8], forced: bool) -> Result<(), (Refusal, u32)> {
         self.step(Request::Begin {
             bytes: file.len() as u32,
+            contract: wire::contract_of(file),
+            forced,
         })?;
         for (k, bytes) in file.chunks(64).enumerate() {
             self.step(Request::Store {
@@ -121,11 +129,22 @@ fn policies() -> [Vec<u8>; 3] {
     [1, 2, 3].map(|mark| {
         let mut file = BUILT_IN.to_vec();
         file[56] = mark;
-        let end = file.len() - 4;
-        let crc = wire::checksum(&file[..end]);
-        file[end..].copy_from_slice(&crc.to_le_bytes());
-        file
+        sealed(file)
     })
+}
+
+/// The built-in policy with another control period, and so another contract.
+fn slower() -> Vec<u8> {
+    let mut file = BUILT_IN.to_vec();
+    file[48..52].copy_from_slice(&50_000_u32.to_le_bytes());
+    sealed(file)
+}
+
+fn sealed(mut file: Vec<u8>) -> Vec<u8> {
+    let end = file.len() - 4;
+    let crc = wire::checksum(&file[..end]);
+    file[end..].copy_from_slice(&crc.to_le_bytes());
+    file
 }
 
 fn provenance(file: &[u8]) -> [u8; 16] {
@@ -334,6 +353,68 @@ fn the_way_back_is_open_at_once() {
 }
 
 #[test]
+fn a_policy_for_another_robot_is_refused_forced_and_reverted() {
+    let [old, new, _] = policies();
+    let other = slower();
+    let flash = flash_with(&[&old]);
+    let mut board = Board::start(&flash);
+    let used = flash.used();
+    assert_eq!(board.update(&other), Err((Refusal::Robot, 0)));
+    assert_eq!(flash.used(), used, "nothing is written");
+    board.update_by(&other, true).expect("forced");
+    // The confirmed policy is what a new one is compared with, so the way back needs no force.
+    board.update(&new).expect("the robot's own");
+    board.update_by(&other, true).expect("forced");
+    board.step(Request::Revert).expect("a policy before it");
+    assert_eq!(board.running(), provenance(&old));
+    // A host that announces one contract and sends another is found out before the slot counts.
+    let announced = board.step(Request::Begin {
+        bytes: other.len() as u32,
+        contract: wire::contract_of(&old),
+        forced: false,
+    });
+    assert_eq!(announced, Ok(()));
+    for (k, bytes) in other.chunks(64).enumerate() {
+        let at = 64 * k as u32;
+        board.step(Request::Store { at, bytes }).expect("in order");
+    }
+    let refused = board.step(Request::Commit);
+    assert!(
+        matches!(refused, Err((Refusal::Announced, _))),
+        "{refused:?}"
+    );
+    assert_eq!(board.running(), provenance(&old));
+}
+
+#[test]
+fn the_contract_is_read_in_parts() {
+    let mut board = Board::start(&SimFlash::new(FLASH));
+    let mut expected = Vec::new();
+    let policy = Policy::load(BUILT_IN).expect("valid");
+    let labels = policy.tables().labels;
+    contract_bytes(policy.header(), labels, |part| expected.extend(part));
+    let mut read = Vec::new();
+    loop {
+        let at = read.len() as u32;
+        let (total, part) = board.ask(Request::Contract { at }, |answer| match answer {
+            Answer::Contract { total, bytes } => (total, bytes.to_vec()),
+            other => panic!("{other:?}"),
+        });
+        assert_eq!(total as usize, expected.len());
+        if part.is_empty() {
+            break;
+        }
+        read.extend(part);
+    }
+    assert_eq!(read, expected);
+    assert_eq!(fnv1a_64(START_64, &read), wire::contract_of(BUILT_IN));
+    let beyond = board.ask(Request::Contract { at: u32::MAX }, |answer| {
+        matches!(answer, Answer::Contract { bytes: [], .. })
+    });
+    assert!(beyond);
+}
+
+#[test]
 fn the_slots_are_listed_and_erased() {
     let [old, new, other] = policies();
     let flash = flash_with(&[&old]);
@@ -381,17 +462,25 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     let mut board = Board::start(&flash);
     assert_eq!(board.step(Request::Commit), Err((Refusal::Order, 0)));
     let room = FLASH as u32 / 2 - 32;
-    let too_long = Request::Begin { bytes: room + 1 };
+    let begin = |bytes| Request::Begin {
+        bytes,
+        contract: wire::contract_of(&old),
+        forced: false,
+    };
+    let too_long = begin(room + 1);
     assert_eq!(board.step(too_long), Err((Refusal::Room, room)));
     board.update(&old).expect("room for it");
     board.session.confirm().expect("working memory");
     let mut damaged = new.clone();
     damaged[100] ^= 1;
-    assert!(matches!(board.update(&damaged), Err((Refusal::Policy, _))));
+    let refused = board.update_by(&damaged, true);
+    assert!(matches!(refused, Err((Refusal::Policy, _))), "{refused:?}");
     let other = fs::read(golden::path("champions/cartpole-sr-sm-b23.tpg")).expect("a champion");
-    assert!(matches!(board.update(&other), Err((Refusal::Capacity, _))));
+    assert_eq!(board.update(&other), Err((Refusal::Robot, 0)));
+    let forced = board.update_by(&other, true);
+    assert!(matches!(forced, Err((Refusal::Capacity, _))), "{forced:?}");
     board
-        .step(Request::Begin { bytes: 100 })
+        .step(begin(100))
         .expect("room for it");
     let skipped = Request::Store {
         at: 64,

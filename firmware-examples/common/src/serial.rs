@@ -1,5 +1,6 @@
 //! The board's side of a serial line. Requests arrive one byte at a time. Answers leave as whole frames.
 
+use tpg_runtime::blob::{Blob, contract, contract_bytes};
 use tpg_runtime::wire::{
     self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, SlotState, Stored,
 };
@@ -28,6 +29,8 @@ pub struct Session<F> {
     /// Decisions of the policy in use since it was put into use, or since a refused observation.
     good: u32,
     confirm_after: u32,
+    /// Contract of the policy that is being stored, as the host announced it.
+    announced: u64,
 }
 
 impl<F: Flash> Session<F> {
@@ -64,6 +67,7 @@ impl<F: Flash> Session<F> {
             slots,
             good: 0,
             confirm_after: GOOD_PERIODS,
+            announced: 0,
         })
     }
 
@@ -142,13 +146,29 @@ impl<F: Flash> Session<F> {
                 }
                 answer
             }
-            Request::Begin { bytes } => done(with(slots, |slots| {
+            Request::Begin {
+                bytes,
+                contract,
+                forced,
+            } => done(with(slots, |slots| {
+                let standing = slots.standing().unwrap_or(built_in);
+                if !forced && contract != wire::contract_of(standing) {
+                    return Err((Refusal::Robot, 0));
+                }
+                self.announced = contract;
                 slots.begin(bytes, |file| change(agent, file.unwrap_or(built_in)))
             })),
             Request::Store { at, bytes } => done(with(slots, |slots| slots.store(at, bytes))),
             Request::Commit => done(with(slots, |slots| {
                 slots.commit(|policy| {
-                    excess(agent, policy).map_or(Ok(()), |needed| Err((Refusal::Capacity, needed)))
+                    if let Some(needed) = excess(agent, policy) {
+                        return Err((Refusal::Capacity, needed));
+                    }
+                    let contract = contract(policy.header(), policy.tables().labels);
+                    let len = policy.header().body_bytes;
+                    (contract == self.announced)
+                        .then_some(())
+                        .ok_or((Refusal::Announced, len))
                 })?;
                 self.good = 0;
                 change(agent, slots.active().unwrap_or(built_in));
@@ -168,6 +188,11 @@ impl<F: Flash> Session<F> {
                 Some(_) => done(Err((Refusal::Slot, number.into()))),
                 None => done(Err((Refusal::NoSlots, 0))),
             },
+            Request::Contract { at } => {
+                let standing = slots.as_ref().and_then(|slots| slots.standing());
+                let (total, bytes) = excerpt(standing.unwrap_or(built_in), at, &mut values);
+                Answer::Contract { total, bytes }
+            }
             Request::Revert => done(with(slots, |slots| {
                 slots.revert(|file| change(agent, file.unwrap_or(built_in)))
             })),
@@ -210,6 +235,24 @@ fn excess<
         .find(|(needed, available)| needed > available);
     let width = (needed.width != width).then_some(needed.width);
     width.or(excess.map(|(needed, _)| needed)).map(|n| n as u32)
+}
+
+/// The length of a policy's contract, and its bytes from `at` on, as many as fit `buffer`.
+fn excerpt<'b>(file: &[u8], at: u32, buffer: &'b mut [u8]) -> (u32, &'b [u8]) {
+    let (mut total, mut len) = (0_u32, 0);
+    if let Ok(blob) = Blob::decode(file) {
+        contract_bytes(blob.header(), blob.tables().labels, |part| {
+            for byte in part {
+                let place = total.checked_sub(at).map(|place| place as usize);
+                if let Some(place) = place.and_then(|place| buffer.get_mut(place)) {
+                    *place = *byte;
+                    len += 1;
+                }
+                total = total.saturating_add(1);
+            }
+        });
+    }
+    (total, buffer.get(..len).unwrap_or_default())
 }
 
 /// Changes over to a policy that was loaded before and fits, so neither step fails.

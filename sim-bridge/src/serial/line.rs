@@ -215,6 +215,19 @@ impl Line {
         }
     }
 
+    /// Where the line is.
+    pub(super) fn path(&self) -> &str {
+        &self.path
+    }
+
+    pub(super) fn other(&self, difference: String, advice: &'static str) -> BridgeError {
+        BridgeError::OtherBoard {
+            path: self.path.clone(),
+            difference,
+            advice,
+        }
+    }
+
     pub(super) fn invalid(&self, what: &'static str) -> BridgeError {
         BridgeError::Invalid {
             peer: crate::message::Role::Controller,

@@ -103,7 +103,7 @@ fn translate(seq: u64, answer: Answer<'_>) -> Result<ActionMessage, Refused> {
             }
         }
         Answer::Refused { refusal, detail } => return Err(Refused::Board(refusal, detail)),
-        Answer::Identity(_) | Answer::Slot(_) => {
+        Answer::Identity(_) | Answer::Slot(_) | Answer::Contract { .. } => {
             return Err(Refused::Invalid("kind of answer"));
         }
     }

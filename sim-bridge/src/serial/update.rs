@@ -4,8 +4,10 @@ use std::fmt;
 use std::time::Duration;
 
 use tpg_runtime::Policy;
-use tpg_runtime::wire::{Answer, Identity, Refusal, Request, SlotState, Stored};
+use tpg_runtime::isa::FINGERPRINT;
+use tpg_runtime::wire::{self, Answer, Identity, Refusal, Request, SlotState, Stored};
 
+use super::contract::{self, Contract};
 use super::line::Line;
 use super::port::SerialPath;
 use crate::error::BridgeError;
@@ -96,13 +98,62 @@ impl Updater {
         Ok(Updater { line, before })
     }
 
-    /// Sends a policy, read from the bytes `file`, to the board, which checks and uses it.
+    /// Compares the policy with the board and its confirmed policy. Returns what plant and policy would disagree on.
     ///
     /// # Errors
-    /// Those of the line, and [`BridgeError::BoardRefused`]; the board then goes on with its last confirmed policy.
-    pub fn update(mut self, policy: &Policy<'_>, file: &[u8]) -> Result<Updated, BridgeError> {
-        let bytes = u32::try_from(file.len()).unwrap_or(u32::MAX);
-        self.step(Request::Begin { bytes })?;
+    /// Those of the line, and [`BridgeError::OtherBoard`] if the board's firmware cannot read the file at all.
+    pub fn compare(&mut self, policy: &Policy<'_>, file: &[u8]) -> Result<Vec<String>, BridgeError> {
+        let version = |bytes: &[u8; 2]| u16::from_le_bytes(*bytes);
+        let format = file.get(4..).and_then(<[u8]>::first_chunk).map_or(0, version);
+        let known = self.before.format;
+        if format > known {
+            return Err(self.line.other(
+                format!("file has format version {format}, the board reads versions up to {known}"),
+                "update its firmware",
+            ));
+        }
+        let theirs = self.before.instruction_set;
+        if theirs != FINGERPRINT {
+            return Err(self.line.other(
+                format!("instruction set is {FINGERPRINT:08x} here, {theirs:08x} there"),
+                "build the firmware from the same version as tpg",
+            ));
+        }
+        let (there, here) = (self.contract()?, contract::bytes_of(policy));
+        if there == here {
+            return Ok(Vec::new());
+        }
+        let read = |bytes: &[u8]| Contract::read(bytes);
+        let (Some(there), Some(here)) = (read(&there), read(&here)) else {
+            return Err(self.line.invalid("contract"));
+        };
+        Ok(there.differences(&here))
+    }
+
+    /// Sends a policy, read from the bytes `file`, to the board, which checks and uses it. `force` sends one for another
+    /// robot too.
+    ///
+    /// # Errors
+    /// Those of the line and of [`compare`](Self::compare), [`BridgeError::OtherRobot`], and
+    /// [`BridgeError::BoardRefused`]; the board then goes on with its last confirmed policy.
+    pub fn update(
+        mut self,
+        policy: &Policy<'_>,
+        file: &[u8],
+        force: bool,
+    ) -> Result<Updated, BridgeError> {
+        let differences = self.compare(policy, file)?;
+        if !force && !differences.is_empty() {
+            return Err(BridgeError::OtherRobot {
+                path: self.line.path().to_owned(),
+                differences,
+            });
+        }
+        self.step(Request::Begin {
+            bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
+            contract: wire::contract_of(file),
+            forced: force,
+        })?;
         for (k, bytes) in file.chunks(PART).enumerate() {
             let at = u32::try_from(k * PART).unwrap_or(u32::MAX);
             self.step(Request::Store { at, bytes })?;
@@ -153,6 +204,28 @@ impl Updater {
                 other => Err(refusal(other)),
             })?;
         answer.map_err(|refused| self.error(refused))
+    }
+
+    /// The contract of the board's confirmed policy.
+    fn contract(&mut self) -> Result<Vec<u8>, BridgeError> {
+        let mut contract = Vec::new();
+        loop {
+            let at = u32::try_from(contract.len()).unwrap_or(u32::MAX);
+            let answer = self
+                .line
+                .ask(Request::Contract { at }, |answer| match answer {
+                    Answer::Contract { total, bytes } => Ok((total, bytes.to_vec())),
+                    other => Err(refusal(other)),
+                })?;
+            let (total, part) = answer.map_err(|refused| self.error(refused))?;
+            contract.extend(&part);
+            if contract.len() >= total as usize {
+                return Ok(contract);
+            }
+            if part.is_empty() {
+                return Err(self.line.invalid("contract"));
+            }
+        }
     }
 
     fn step(&mut self, request: Request<'_>) -> Result<(), BridgeError> {
