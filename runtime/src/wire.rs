@@ -266,7 +266,8 @@ impl Stored {
             in_use,
             bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
             crc: stored_crc(file),
-            format: (file.get(4..).and_then(<[u8]>::first_chunk)).map_or(0, |v| u16::from_le_bytes(*v)),
+            format: (file.get(4..).and_then(<[u8]>::first_chunk))
+                .map_or(0, |v| u16::from_le_bytes(*v)),
             contract: contract_of(file),
         }
     }

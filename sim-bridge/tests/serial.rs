@@ -277,7 +277,9 @@ fn an_update_over_a_bad_line_changes_over() {
     let file = policy::cartpole(2);
     let new = Policy::load(&file).expect("valid");
     let updater = || Updater::connect(&board.place, WATCHDOG).expect("a board");
-    let updated = updater().update(&new, &file, false).expect("it changes over");
+    let updated = updater()
+        .update(&new, &file, false)
+        .expect("it changes over");
     assert_eq!((updated.before.slot, updated.after.slot), (0, 1));
     assert_eq!(updated.after.provenance, [2; 16]);
     assert!(!updated.confirmed);
@@ -298,7 +300,9 @@ fn an_update_over_a_bad_line_changes_over() {
     assert!(reverted.confirmed);
     let error = updater().revert().expect_err("none before it").to_string();
     assert!(error.contains("none comes before that"), "{error}");
-    updater().update(&new, &file, false).expect("it changes over");
+    updater()
+        .update(&new, &file, false)
+        .expect("it changes over");
     let erased = updater().erase().expect("erased");
     assert_eq!(erased.after.slot, 0);
 }

@@ -479,9 +479,7 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     assert_eq!(board.update(&other), Err((Refusal::Robot, 0)));
     let forced = board.update_by(&other, true);
     assert!(matches!(forced, Err((Refusal::Capacity, _))), "{forced:?}");
-    board
-        .step(begin(100))
-        .expect("room for it");
+    board.step(begin(100)).expect("room for it");
     let skipped = Request::Store {
         at: 64,
         bytes: &new[64..100],

@@ -204,7 +204,8 @@ mod tests {
 
     #[test]
     fn the_example_of_the_specification_is_read() {
-        let bytes = b"TPGC\x01\x00\x01\x00\x02\x00\x20\x4e\x00\x00x\tm\n\x00\x00\x80\xff\x00\x00\x80\x7f";
+        let bytes =
+            b"TPGC\x01\x00\x01\x00\x02\x00\x20\x4e\x00\x00x\tm\n\x00\x00\x80\xff\x00\x00\x80\x7f";
         let contract = Contract::read(bytes).expect("well-formed");
         assert_eq!(contract.inputs, [channel("x", "m", OPEN)]);
         assert_eq!((contract.actions, contract.period_us), (2, 20_000));

@@ -102,9 +102,16 @@ impl Updater {
     ///
     /// # Errors
     /// Those of the line, and [`BridgeError::OtherBoard`] if the board's firmware cannot read the file at all.
-    pub fn compare(&mut self, policy: &Policy<'_>, file: &[u8]) -> Result<Vec<String>, BridgeError> {
+    pub fn compare(
+        &mut self,
+        policy: &Policy<'_>,
+        file: &[u8],
+    ) -> Result<Vec<String>, BridgeError> {
         let version = |bytes: &[u8; 2]| u16::from_le_bytes(*bytes);
-        let format = file.get(4..).and_then(<[u8]>::first_chunk).map_or(0, version);
+        let format = file
+            .get(4..)
+            .and_then(<[u8]>::first_chunk)
+            .map_or(0, version);
         let known = self.before.format;
         if format > known {
             return Err(self.line.other(
