@@ -10,6 +10,7 @@ use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{LOOP_INPUTS, LOOP_OUTPUTS};
 use tpg_tasks::task::{ActionSpace, description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
+use tpg_trainer::evolve::{Initial, linear_inputs};
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Budget, GenerationReport, Session, train};
@@ -125,6 +126,7 @@ impl Args {
         }
         let session = Session::new(config, self.seed.unwrap_or(0)).or_usage("bad configuration")?;
         warn_of_the_loop(&session);
+        warn_of_unseen_inputs(&session);
         let budget = self
             .budget()
             .unwrap_or(Budget::Generations(DEFAULT_GENERATIONS));
@@ -185,6 +187,20 @@ fn warn_of_the_loop(session: &Session) {
         note(format_args!(
             "warning: the task has {inputs} inputs and {outputs} outputs; the loop (tpg hil) and boards on a serial line take at \
              most {LOOP_INPUTS} and {LOOP_OUTPUTS}, so they cannot run its champion"
+        ));
+    }
+}
+
+/// Says how much of a very long observation the linear policy of the first generation lacks.
+fn warn_of_unseen_inputs(session: &Session) {
+    let (shape, initial) = (
+        session.settings().policy_spec.shape,
+        session.settings().params.initial,
+    );
+    let (inputs, seen) = (shape.inputs, linear_inputs(&shape, initial));
+    if initial != Initial::Random && seen < inputs {
+        note(format_args!(
+            "warning: a linear policy has registers for the first {seen} of the task's {inputs} inputs; put those that matter first"
         ));
     }
 }
