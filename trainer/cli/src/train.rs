@@ -1,19 +1,24 @@
 //! `tpg train`
 
+mod ranks;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::progress::Progress;
-use crate::interrupt::stop_on_signal;
 use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{LOOP_INPUTS, LOOP_OUTPUTS};
 use tpg_tasks::task::{ActionSpace, description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
+use tpg_trainer::evaluator::Evaluator;
 use tpg_trainer::evolve::{Initial, linear_inputs};
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Budget, GenerationReport, Session, train};
+
+use ranks::Ranks;
 
 /// Generations of a run that names no budget.
 const DEFAULT_GENERATIONS: u64 = 100;
@@ -32,7 +37,7 @@ pub(crate) struct Args {
     /// Seed of the run; one seed fixes the result for any number of threads.
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     seed: Option<u64>,
-    /// Threads that score, by default one for each core.
+    /// Threads that score, by default one for each core; not for the ranks of an MPI job, which have one each.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Train until this many generations are complete.
@@ -148,16 +153,29 @@ impl Args {
 }
 
 pub(crate) fn run(args: Args) -> Result<Status, Failure> {
-    let stop = stop_on_signal()?;
+    ranks::run(args.threads, |stop, ranks| train_here(&args, stop, ranks))
+}
+
+/// Trains with the threads of this process, or with the ranks of its job.
+fn train_here(
+    args: &Args,
+    stop: Arc<AtomicBool>,
+    ranks: Option<&mut Ranks>,
+) -> Result<Status, Failure> {
     let (mut session, mut folder, budget) = args.open()?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = args.threads.map_or(cores, usize::from);
     let monitor = Arc::new(Monitor::new(stop));
-    let pool = session.pool(threads).or_usage("bad configuration")?;
-    let mut pool = pool.with_monitor(monitor.clone());
+    let mut evaluator: Box<dyn Evaluator + '_> = match ranks {
+        Some(ranks) => ranks.evaluator(&session, &monitor)?,
+        None => {
+            let cores = std::thread::available_parallelism().map_or(1, usize::from);
+            let threads = args.threads.map_or(cores, usize::from);
+            let pool = session.pool(threads).or_usage("bad configuration")?;
+            Box::new(pool.with_monitor(monitor.clone()))
+        }
+    };
     let mut progress = Progress::new(budget, &session, monitor.clone());
     let mut stability = Stability::default();
-    let result = train(&mut session, &mut pool, budget, |session, report| {
+    let result = train(&mut session, &mut *evaluator, budget, |session, report| {
         progress.show(report);
         stability.count(report, monitor.instability());
         folder.record(session, report)
