@@ -10,4 +10,5 @@ pub mod process;
 pub mod random;
 pub mod samples;
 
+pub use tpg_test_policies::old_format::{crc32, mend, old_format};
 pub use tpg_test_policies::{draft, shapes};

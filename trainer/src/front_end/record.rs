@@ -1,5 +1,6 @@
 //! Records what policies see in episodes, for learning.
 
+use serde::{Deserialize, Serialize};
 use tpg_runtime::{Action, Reset, math};
 
 use super::Moments;
@@ -7,7 +8,7 @@ use tpg_tasks::eval::{Controller, Reply};
 use tpg_tasks::task::ActionSpace;
 
 /// The visible observations of one episode: their moments, and the pairs of consecutive ones.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
     /// Of all visible observations.
     pub moments: Moments,
@@ -54,9 +55,9 @@ impl Recorder {
         self.pairs.clear();
     }
 
-    /// Records an observation and the action that the policy chose. Blank observations are left out.
+    /// Records an observation and the action that the policy chose. Observations of which a part is missing are left out.
     pub fn see(&mut self, seen: &[f32], action: Action<'_>) {
-        if math::is_blank(seen) {
+        if !seen.iter().all(|x| x.is_finite()) {
             self.last.clear();
             return;
         }
@@ -129,7 +130,7 @@ mod tests {
             for (seen, action) in [
                 ([1.0, 2.0], 0),
                 ([3.0, 4.0], 2),
-                ([0.0, -0.0], 1),
+                ([f32::NAN, 7.0], 1),
                 ([5.0, 6.0], 1),
                 ([0.0, 7.0], 1),
             ] {
