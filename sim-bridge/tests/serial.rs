@@ -216,30 +216,6 @@ fn garbage_is_counted_and_never_acted_on() {
     assert!(!error.contains(" 0 damaged"), "{error}");
 }
 
-/// The far end of a pseudo-terminal. It cannot be read before the near end is open.
-struct Patient(TTYPort);
-
-impl Read for Patient {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        loop {
-            if let Ok(len) = self.0.read(buffer) {
-                return Ok(len);
-            }
-            thread::sleep(Duration::from_millis(5));
-        }
-    }
-}
-
-impl Write for Patient {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.0.flush()
-    }
-}
-
 /// A board that sends without end and without a zero byte, so that no frame ever ends.
 #[test]
 fn a_flood_does_not_stretch_the_timeout() {
@@ -317,6 +293,30 @@ fn no_number_makes_a_board_deaf() {
     assert_eq!(reset(2), ready(2));
     assert_eq!(reset(1), None);
     assert_eq!(reset(3), ready(3));
+}
+
+/// The far end of a pseudo-terminal. It cannot be read before the near end is open.
+struct Patient(TTYPort);
+
+impl Read for Patient {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            if let Ok(len) = self.0.read(buffer) {
+                return Ok(len);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Write for Patient {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
 }
 
 #[test]

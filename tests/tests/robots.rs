@@ -152,8 +152,8 @@ fn a_floating_base_is_seen_by_its_joint_and_starts_at_a_keyframe() {
     assert!(message.contains("\"stand\""), "{message}");
 }
 
-/// As a robot with height scans has them.
-fn wide(inputs: usize) -> (TempDir, PathBuf) {
+/// As a robot with height scans has them, and with so many motors.
+fn wide(inputs: usize, outputs: usize) -> (TempDir, PathBuf) {
     let bodies: String = (0..inputs)
         .map(|i| {
             format!(
@@ -161,17 +161,54 @@ fn wide(inputs: usize) -> (TempDir, PathBuf) {
             )
         })
         .collect();
-    let model = format!(
-        "<mujoco><worldbody>{bodies}</worldbody><actuator><motor name=\"a\" joint=\"j0\" ctrlrange=\"-1 1\"/></actuator></mujoco>"
+    let motors: String = (0..outputs)
+        .map(|i| format!("<motor name=\"a{i}\" joint=\"j{i}\" ctrlrange=\"-1 1\"/>"))
+        .collect();
+    let model =
+        format!("<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>");
+    let actuators: Vec<_> = (0..outputs)
+        .map(|i| format!("{{ name = \"a{i}\" }}"))
+        .collect();
+    let description = format!(
+        "observation = [{{ source = \"qpos:*\", name = \"j\", unit = \"rad\" }}]\nactuator = [{}]\n\
+         reward = [{{ kind = \"square\", source = \"qpos:j0\", weight = -1.0 }}]\n",
+        actuators.join(", ")
     );
-    let description = "observation = [{ source = \"qpos:*\", name = \"j\", unit = \"rad\" }]\n\
-        actuator = [{ name = \"a\" }]\nreward = [{ kind = \"square\", source = \"qpos:j0\", weight = -1.0 }]\n";
-    task(&model, description)
+    task(&model, &description)
+}
+
+#[test]
+fn more_inputs_than_a_vector_has_elements_train_without_a_word() {
+    let (folder, path) = wide(33, 2);
+    for (name, more) in [("default", &[][..]), ("32", &["--set", "policy.width=32"])] {
+        let out = folder.path().join(name);
+        let champion = trained("sr-sm", &path, &out, &[&FEW[..], more].concat());
+        let inspect = tpg_json(&["inspect", text(&champion), "--json"]);
+        assert_eq!(inspect["vector_width"], 32, "{name}");
+        let eval = [
+            "eval",
+            text(&champion),
+            "--task",
+            text(&path),
+            "--episodes",
+            "1",
+            "--json",
+        ];
+        assert_eq!(tpg_json(&eval)["returns"].as_array().map(Vec::len), Some(1));
+    }
+}
+
+#[test]
+fn more_outputs_than_a_vector_has_elements_are_refused_with_both_numbers() {
+    let (folder, path) = wide(33, 33);
+    let (status, message) = train("sr-sm", &path, &folder.path().join("run"), &FEW);
+    assert_eq!(status, Some(2), "{message}");
+    assert!(message.contains("the 33 outputs and 32"), "{message}");
 }
 
 #[test]
 fn more_inputs_than_the_loop_carries_are_told_before_training() {
-    let (folder, path) = wide(513);
+    let (folder, path) = wide(513, 1);
     let small = ["--set", "policy.width=2", "--set", "evaluation.max-steps=2"];
     let more = [&FEW[..], &small].concat();
     let (status, message) = train("sr-sm", &path, &folder.path().join("run"), &more);

@@ -54,12 +54,12 @@ fn hostile(name: &str) -> Ready {
     let draft = drafts.into_iter().find(|(other, _)| *other == name);
     let (_, draft) = draft.expect("a hostile policy of that name");
     let observation = vec![0.5; usize::from(draft.header.observation_len)];
-    ready(draft.encode(), vec![observation])
+    ready(hostile::encode(&draft), vec![observation])
 }
 
 /// A file that is loaded once.
 fn load(draft: &Draft) -> Ready {
-    let bytes = draft.encode().leak();
+    let bytes = hostile::encode(draft).leak();
     Ready {
         loaded: bytes,
         ..ready(bytes.to_vec(), Vec::new())

@@ -1,10 +1,19 @@
 //! Valid policies that make a loader or a decision work for as little promise as possible.
+//!
+//! They are files of version 1: version 3 has no duplicate members.
 
 use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel};
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::{Target, TeamId};
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
+use crate::old_format::old_format;
+
+/// The file of a hostile policy.
+#[must_use]
+pub fn encode(draft: &Draft) -> Vec<u8> {
+    old_format(&draft.encode())
+}
 
 /// What makes a decision work besides its instructions: name and policy.
 #[must_use]

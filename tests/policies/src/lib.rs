@@ -2,4 +2,5 @@
 
 pub mod draft;
 pub mod hostile;
+pub mod old_format;
 pub mod shapes;

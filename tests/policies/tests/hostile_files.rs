@@ -7,7 +7,7 @@ use tpg_runtime::blob::RegisterMode;
 use tpg_runtime::tables::{Instruction, ProgramId, Target};
 use tpg_runtime::trace::Observer;
 use tpg_runtime::{HostAgent, Policy};
-use tpg_test_policies::hostile::{decisions, members, readers, reads};
+use tpg_test_policies::hostile::{decisions, encode, members, readers, reads};
 
 /// Counts what a decision does for each of its events.
 struct Work<'p> {
@@ -50,7 +50,7 @@ impl Observer for Work<'_> {
 #[test]
 fn the_bound_covers_the_work_of_hostile_decisions() {
     for (name, draft) in decisions() {
-        let bytes = draft.encode();
+        let bytes = encode(&draft);
         let policy = Policy::load(&bytes).expect("a valid file");
         let (header, bounds) = (*policy.header(), *policy.bounds());
         let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
@@ -81,7 +81,7 @@ fn the_bound_covers_the_work_of_hostile_decisions() {
 #[test]
 fn a_program_listed_often_is_promised_often() {
     let bound = |times: usize| {
-        let bytes = members(times).encode();
+        let bytes = encode(&members(times));
         *Policy::load(&bytes).expect("a valid file").bounds()
     };
     let (few, many) = (bound(1), bound(65_535));
@@ -106,9 +106,9 @@ fn load_time(bytes: &[u8]) -> Duration {
 /// Reading the code for each member would take some thousand times as long, so a factor of ten disturbs no machine.
 #[test]
 fn loading_takes_time_by_the_size_of_a_file() {
-    let plain = reads(65_535, 1).encode();
+    let plain = encode(&reads(65_535, 1));
     for hostile in [reads(49_151, 65_535), readers(2_000, 65_535)] {
-        let hostile = hostile.encode();
+        let hostile = encode(&hostile);
         let (a_byte, expected) = (load_time(&hostile), load_time(&plain));
         let longer = a_byte.as_secs_f64() / hostile.len() as f64;
         let usual = expected.as_secs_f64() / plain.len() as f64;

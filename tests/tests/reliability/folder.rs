@@ -32,9 +32,11 @@ position-noise = 0.5
 "#;
 
 #[cfg(feature = "mujoco")]
-const MODEL: &str = r#"<mujoco><worldbody><body><joint name="j" type="hinge" axis="0 1 0"/>
-    <geom size=".1" mass="1"/></body></worldbody>
+const MODEL: &str = r#"<mujoco><option timestep="0.002"/><worldbody><include file="body.xml"/></worldbody>
     <actuator><motor name="j" joint="j" ctrllimited="true" ctrlrange="-1 1"/></actuator></mujoco>"#;
+
+const BODY: &str = r#"<mujocoinclude><body><joint name="j" type="hinge" axis="0 1 0"/>
+    <geom size=".1" mass="1"/></body></mujocoinclude>"#;
 
 /// Replaces text that must be there.
 fn edit(path: &Path, from: &str, to: &str) {
@@ -139,12 +141,18 @@ fn a_checkpoint_of_another_run_is_refused() {
 fn a_task_that_changed_is_refused_unless_accepted() {
     for (file, from, to) in [
         ("t.toml", "weight = -1.0", "weight = -2.0"),
-        ("m.xml", "mass=\"1\"", "mass=\"2\""),
+        (
+            "m.xml",
+            "timestep=\"0.002\"",
+            "timestep=\"0.002\" gravity=\"0 0 -5\"",
+        ),
+        ("body.xml", "mass=\"1\"", "mass=\"2\""),
     ] {
         let (place, out) = folder();
         let path = |name: &str| place.path().join(name);
         fs::write(path("t.toml"), TASK).expect("written");
         fs::write(path("m.xml"), MODEL).expect("written");
+        fs::write(path("body.xml"), BODY).expect("written");
         let task = path("t.toml");
         train(
             &["sr-sm"],
