@@ -156,6 +156,8 @@ pub enum Refusal {
     /// The new policy does not count as signed by the board's key. The detail is 0 without a signature, 1 with another
     /// key's, 2 with a forged one.
     Signature,
+    /// The board drives its own plant, so it decides for nobody else. The detail is 0.
+    Drives,
 }
 
 impl Refusal {
@@ -212,6 +214,9 @@ impl fmt::Display for Explained {
                 1 => "new policy is signed by another key than the board's",
                 _ => "new policy is forged: its signature does not belong to these bytes and the board's key",
             }),
+            Refusal::Drives => {
+                write!(f, "it drives its own plant and decides for nobody else")
+            }
             Refusal::Robot => {
                 write!(f, "new policy is for a robot with another contract")
             }

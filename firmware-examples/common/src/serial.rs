@@ -23,6 +23,9 @@ pub struct Rules {
     ///
     /// `u32::MAX` leaves it to the application, which knows its plant, to call [`Session::confirm`].
     pub confirm_after: u32,
+    /// Whether the board drives its own plant. Then hosts may neither reset the agent nor ask it for decisions, and the
+    /// application reports each [period](Session::period).
+    pub drives: bool,
     /// Whether a policy is refused if its release number is below the highest one of the built-in and confirmed policies.
     pub releases: bool,
     /// The public key of whoever may send policies. `None` takes unsigned policies too.
@@ -34,6 +37,7 @@ impl Rules {
     /// Unsigned policies of any release, confirmed after [`GOOD_PERIODS`].
     pub const DEFAULT: Self = Rules {
         confirm_after: GOOD_PERIODS,
+        drives: false,
         releases: false,
         #[cfg(feature = "signature")]
         key: None,
@@ -132,6 +136,21 @@ impl<F: Flash> Session<F> {
         self.slots.as_mut().map_or(Ok(()), Slots::confirm)
     }
 
+    /// Counts a period of the policy in use, and confirms the policy after enough good ones in a row.
+    pub fn period(&mut self, good: bool) {
+        self.good = if good { self.good.saturating_add(1) } else { 0 };
+        if self.good >= self.rules.confirm_after {
+            // If the write fails, the next period tries again.
+            let _ = self.confirm();
+        }
+    }
+
+    /// Whether a new policy is being stored.
+    #[must_use]
+    pub fn is_updating(&self) -> bool {
+        self.slots.as_ref().is_some_and(Slots::is_updating)
+    }
+
     /// Takes the next byte from the line and returns the bytes to send. They are empty unless a request is complete.
     pub fn take<
         W: Width,
@@ -143,6 +162,23 @@ impl<F: Flash> Session<F> {
         &mut self,
         agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
         byte: u8,
+    ) -> &[u8] {
+        self.take_safely(agent, byte, || {})
+    }
+
+    /// As [`take`](Self::take). Calls `make_safe` before it changes the policy or the flash, which can stop the processor
+    /// for seconds.
+    pub fn take_safely<
+        W: Width,
+        const WORDS: usize,
+        const PROGRAMS: usize,
+        const TEAMS: usize,
+        const STREAMS: usize,
+    >(
+        &mut self,
+        agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+        byte: u8,
+        make_safe: impl FnOnce(),
     ) -> &[u8] {
         let damaged = self.receiver.damaged();
         let Some(Frame { seq, message }) = self.receiver.push::<Request<'_>>(byte) else {
@@ -161,6 +197,14 @@ impl<F: Flash> Session<F> {
                 .get(..if again { self.answer_len } else { 0 })
                 .unwrap_or_default();
         }
+        if let Request::Begin { .. }
+        | Request::Store { .. }
+        | Request::Commit
+        | Request::Revert
+        | Request::Erase { .. } = message
+        {
+            make_safe();
+        }
         let mut values = [0; 4 * MAX_ACTION];
         let slots = self.slots.as_mut();
         let built_in = self.built_in;
@@ -172,6 +216,9 @@ impl<F: Flash> Session<F> {
                 identity.damaged = damaged;
                 Answer::Identity(identity)
             }
+            Request::Reset { .. } | Request::Observe { .. } if self.rules.drives => {
+                done(Err((Refusal::Drives, 0)))
+            }
             Request::Reset {
                 agent: begins,
                 seed,
@@ -182,14 +229,10 @@ impl<F: Flash> Session<F> {
             }
             Request::Observe { values: seen } => {
                 let answer = decide(agent, seen, &mut values);
-                self.good = match answer {
-                    Answer::Index { .. } | Answer::Values { .. } => self.good.saturating_add(1),
-                    _ => 0,
-                };
-                if let (Some(slots), true) = (slots, self.good >= self.rules.confirm_after) {
-                    // If the write fails, the next decision tries again.
-                    let _ = slots.confirm();
-                }
+                self.period(matches!(
+                    answer,
+                    Answer::Index { .. } | Answer::Values { .. }
+                ));
                 answer
             }
             Request::Begin {

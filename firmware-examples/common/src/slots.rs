@@ -110,6 +110,12 @@ impl<F: Flash> Slots<F> {
         self.confirmed
     }
 
+    /// Whether a new policy is being stored.
+    #[must_use]
+    pub const fn is_updating(&self) -> bool {
+        self.incoming.is_some()
+    }
+
     /// State and file of slot 1 or 2. The file is empty if the slot holds no whole record.
     #[must_use]
     pub fn list(&self, number: u8) -> (SlotState, &'static [u8]) {
