@@ -4,7 +4,7 @@ use core::marker::PhantomData;
 
 use heapless::Vec;
 
-use crate::decision::{Decision, ObservationError, Reset, Restore};
+use crate::decision::{Decision, ObservationError, Reset, Restore, masked};
 use crate::exec::Machine;
 use crate::math;
 use crate::memory::IndexedStream;
@@ -127,12 +127,36 @@ impl<
 
     /// Chooses the action for an observation; runs at most [`Policy::bounds`] instructions.
     ///
-    /// Non-finite elements of the observation count as 0.
+    /// An element that is not finite, such as NaN, is missing. The policy's front end fills it in; without a front end it
+    /// counts as 0, and so it does in policies of format versions 1 and 2.
     ///
     /// # Errors
     /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
     pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
-        self.decide_observed(observation, ())
+        self.decide_observed(observation.iter().copied(), ())
+    }
+
+    /// Chooses the action for an observation whose elements are missing where `missing` is true.
+    ///
+    /// It is [`Agent::decide`] with NaN for those elements.
+    ///
+    /// # Errors
+    /// [`ObservationError`] if the observation or `missing` has another length than the policy's observation; nothing
+    /// changes then.
+    pub fn decide_masked(
+        &mut self,
+        observation: &[f32],
+        missing: &[bool],
+    ) -> Result<Decision<'_>, ObservationError> {
+        self.decide_observed(masked(observation, missing)?, ())
+    }
+
+    /// Chooses the action for an observation of which all is missing.
+    ///
+    /// It is [`Agent::decide`] with NaN for every element.
+    pub fn decide_blind(&mut self) -> Decision<'_> {
+        let vectors = W::vectors::<()>(self.policy.header.width);
+        self.machine().decide_blind(vectors)
     }
 
     /// As [`Agent::decide`], with the same result, and tells an observer how it came about.
@@ -145,13 +169,13 @@ impl<
         observation: &[f32],
         observer: &mut dyn Observer,
     ) -> Result<Decision<'_>, ObservationError> {
-        self.decide_observed(observation, observer)
+        self.decide_observed(observation.iter().copied(), observer)
     }
 
     #[inline(always)]
     fn decide_observed<O: Observer>(
         &mut self,
-        observation: &[f32],
+        observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,
     ) -> Result<Decision<'_>, ObservationError> {
         let vectors = W::vectors::<O>(self.policy.header.width);

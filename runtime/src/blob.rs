@@ -1,27 +1,40 @@
-//! The file format `*.tpg`: a header, a body in postcard's encoding, and a CRC-32.
+//! The file format `*.tpg`: a header, sections, and a CRC-32.
 //!
-//! `docs/format.md` is the specification of the format.
+//! `docs/format-3.md` specifies version 3, which this build writes. `docs/format.md` specifies versions 1 and 2, which it
+//! reads with the feature `old-formats`.
 
 mod contract;
 mod decode;
 mod encode;
 mod header;
+#[cfg(feature = "old-formats")]
+mod old;
+mod sections;
 
 pub(crate) use contract::lines;
 pub use contract::{contract, contract_bytes};
 pub use decode::{Blob, DecodeError};
-pub use encode::{EncodeError, encode, encoded_bound};
+pub use encode::{EncodeError, encode, encode_signed, encoded_bound};
 pub(crate) use header::HeaderFault;
 pub use header::{
-    ActionKind, Header, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
+    ActionKind, Header, InitialValues, MemoryModel, Missing, RegisterMode, ResetScope,
+    WriteDistribution,
 };
+pub use sections::{SIGNATURE_BYTES, SIGNATURE_SECTION_BYTES, SectionFault, Signature};
 
 /// The first four bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"TPGB";
-/// The newest format version that this build reads and writes. Policies with a front end are written in this version.
-pub const VERSION: u16 = 2;
-/// The oldest format version that this build reads. Policies without a front end are written in this version.
-pub const OLDEST_VERSION: u16 = 1;
+/// The newest format version that this build reads, and the only one that it writes.
+pub const VERSION: u16 = 3;
+/// The oldest format version that this build reads: 1 with the feature `old-formats`, else [`VERSION`].
+pub const OLDEST_VERSION: u16 = if cfg!(feature = "old-formats") {
+    1
+} else {
+    VERSION
+};
+
+/// Most bytes of a file of version 3.
+pub const MAX_FILE_BYTES: u32 = 1 << 24;
 
 /// Length of the checksum at the end of a blob, in bytes.
 pub(crate) const CRC_BYTES: usize = 4;
@@ -33,24 +46,6 @@ pub(crate) type Checksum = crc::NoTable;
 #[cfg(feature = "fast-checksum")]
 pub(crate) type Checksum = crc::Table<16>;
 
-/// The CRC-32 of IEEE 802.3. It covers the header and the body.
+/// The CRC-32 of IEEE 802.3. It covers every byte before it.
 pub(crate) static CRC: crc::Crc<u32, Checksum> =
     crc::Crc::<u32, Checksum>::new(&crc::CRC_32_ISO_HDLC);
-
-/// The body as postcard reads and writes it.
-///
-/// The tables of fixed-width records are byte strings, so that the decoder can borrow them from the file.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct Body<'a> {
-    teams: &'a [u8],
-    members: &'a [u8],
-    programs: &'a [u8],
-    code: &'a [u8],
-    constants: &'a [u8],
-    cells: &'a [u8],
-    memory: &'a [u8],
-    front_end: &'a [u8],
-    labels: &'a str,
-    task: &'a str,
-    observability: &'a str,
-}

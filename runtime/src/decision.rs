@@ -47,10 +47,25 @@ pub enum Restore {
     All,
 }
 
-/// An observation of another length than the policy's.
+/// The elements of an observation, with NaN where `missing` is true.
+pub(crate) fn masked<'o>(
+    observation: &'o [f32],
+    missing: &'o [bool],
+) -> Result<impl ExactSizeIterator<Item = f32> + Clone + 'o, ObservationError> {
+    if observation.len() != missing.len() {
+        return Err(ObservationError {
+            needed: observation.len(),
+            got: missing.len(),
+        });
+    }
+    let pairs = observation.iter().zip(missing);
+    Ok(pairs.map(|(x, missing)| if *missing { f32::NAN } else { *x }))
+}
+
+/// An observation, or the mask of one, of another length than is needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ObservationError {
-    /// Length that the policy expects.
+    /// Length that the policy expects, or that a mask needs.
     pub needed: usize,
     /// Length that was given.
     pub got: usize,
@@ -61,7 +76,7 @@ impl fmt::Display for ObservationError {
         let Self { needed, got } = self;
         write!(
             f,
-            "observation has {got} elements, the policy expects {needed}"
+            "observation or mask has {got} elements, the policy expects {needed}"
         )
     }
 }

@@ -1,7 +1,7 @@
-//! The front end of a policy: it standardises observations, and fills in blank ones, before the programs run.
+//! The front end of a policy: it standardises observations, and fills in what is missing, before the programs run.
 //!
-//! An observation is blank if every element is zero or not finite. `docs/semantics.md` defines the computation,
-//! `docs/format.md` the section of a blob. The standardised observation is the start of the window, which outlives a
+//! An element that is not finite is missing. In policies of versions 1 and 2 it counts as zero, and an observation of zeros
+//! is blank: all of it is missing. `docs/semantics.md` defines the computation, `docs/format.md` the section of a blob. The standardised observation is the start of the window, which outlives a
 //! decision. A model has state words of its own, behind the outputs.
 
 use crate::blob::Header;
@@ -11,16 +11,16 @@ use crate::math;
 /// Largest degree of the model's monomials.
 pub const MAX_DEGREE: u8 = 3;
 
-/// What the programs see in place of a blank observation.
+/// What the programs see in place of what is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Fallback {
     /// Zeros: in standardised units, the means of what was observed in training.
     Zero = 0,
-    /// The last standardised observation.
+    /// What was perceived last.
     Hold = 1,
-    /// The last standardised observation plus the change that a learned model predicts from it and the last action.
+    /// What was perceived last plus the change that a learned model predicts from it and the last action.
     Model = 2,
 }
 
@@ -40,7 +40,7 @@ impl Fallback {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct FrontEnd<'a> {
-    /// What replaces a blank observation.
+    /// What replaces a missing element.
     pub fallback: Fallback,
     /// Degree of the model's monomials, 1 to [`MAX_DEGREE`]; 0 without a model.
     pub degree: u8,
@@ -183,16 +183,16 @@ impl<'a> FrontEnd<'a> {
         }
     }
 
-    /// Instructions that an observation counts as if it is not blank: one multiplication for each element.
+    /// Instructions that an observation counts as if nothing of it is missing: one multiplication for each element.
     #[must_use]
     pub fn visible_instructions(&self) -> u32 {
         self.means.len() as u32
     }
 
-    /// Instructions that a blank observation counts as: one multiplication for each coefficient, and one for each
-    /// monomial of two or more factors.
+    /// Instructions that the model counts as: one multiplication for each coefficient, and one for each monomial of two or
+    /// more factors. 0 without a model.
     #[must_use]
-    pub fn blank_instructions(&self, header: &Header) -> u32 {
+    pub fn model_instructions(&self, header: &Header) -> u32 {
         let variables = self.columns.len() + action_variables(header);
         let products = monomials(variables, self.degree).saturating_sub(1 + variables as u64);
         match self.fallback {
@@ -201,74 +201,124 @@ impl<'a> FrontEnd<'a> {
         }
     }
 
-    /// Instructions of the more expensive case.
+    /// Instructions of the most expensive case.
+    ///
+    /// From version 3 on, the model may run for one element while all others are seen.
     pub(crate) fn instructions(&self, header: &Header) -> u32 {
-        self.visible_instructions()
-            .max(self.blank_instructions(header))
+        let (visible, model) = (self.visible_instructions(), self.model_instructions(header));
+        if header.has_missing_values() && model > 0 {
+            visible.saturating_sub(1).saturating_add(model)
+        } else {
+            visible.max(model)
+        }
     }
 
-    /// Weighted operations of the more expensive case.
+    /// Weighted operations of the most expensive case.
     ///
-    /// An observation that is not blank takes a difference, a product and two comparisons for each element. The model
-    /// takes its products, a sum for each coefficient, and a sum and two comparisons for each column.
+    /// An element that is seen takes a difference, a product and two comparisons. The model takes its products, a sum for
+    /// each coefficient, and a sum and two comparisons for each column.
     pub(crate) fn weighted_operations(&self, header: &Header) -> u64 {
         let visible = 4 * self.means.len() as u64;
-        let blank = u64::from(self.blank_instructions(header))
+        let model = u64::from(self.model_instructions(header))
             + self.coefficients.len() as u64
             + 3 * self.columns.len() as u64;
-        visible.max(blank)
+        if header.has_missing_values() {
+            visible + model
+        } else {
+            visible.max(model)
+        }
     }
 }
 
-/// Overwrites the last standardised observation with that of `observation`, and returns the instructions that this
+/// Overwrites what was perceived last with what is perceived of `observation`, and returns the instructions that this
 /// counts as.
 ///
-/// `standardised` has the observation's length. `rest` are the state words behind the window.
+/// `perceived` has the observation's length. `rest` are the state words behind the window.
 #[cfg(feature = "front-end")]
 #[inline(never)]
-pub(crate) fn apply(
+pub(crate) fn apply<O: Iterator<Item = f32> + Clone>(
     front_end: &FrontEnd<'_>,
     header: &Header,
-    standardised: &mut [f32],
+    perceived: &mut [f32],
     rest: &mut [f32],
-    observation: &[f32],
+    observation: O,
 ) -> u32 {
-    if !math::is_blank(observation) {
-        let scaling = front_end.means.iter().zip(front_end.scales);
-        for ((x, o), (mean, scale)) in standardised.iter_mut().zip(observation).zip(scaling) {
-            *x = math::standardise(*o, f32::from_le_bytes(*mean), f32::from_le_bytes(*scale));
+    let each = header.has_missing_values();
+    let blank = !each && observation.clone().all(|x| math::finite(x) == 0.0);
+    // Before version 3, all elements are missing or none is.
+    let missing = |x: f32| if each { !x.is_finite() } else { blank };
+    let mut instructions = 0;
+    if front_end.fallback == Fallback::Model
+        && believed(front_end, observation.clone()).any(|(_, x)| missing(x))
+    {
+        changes(front_end, header, perceived, rest);
+        instructions = front_end.model_instructions(header);
+        let sums = sums(front_end, header, rest);
+        for ((column, x), change) in believed(front_end, observation.clone()).zip(sums) {
+            if let (true, Some(place)) = (missing(x), perceived.get_mut(column)) {
+                *place = math::predict(*place, *change);
+            }
+            // A sum may have overflowed, and every state word must be finite.
+            *change = 0.0;
         }
-        return front_end.visible_instructions();
     }
-    match front_end.fallback {
-        Fallback::Zero => standardised.fill(0.0),
-        Fallback::Hold => {}
-        Fallback::Model => predict(front_end, header, standardised, rest),
+    let scaling = front_end.means.iter().zip(front_end.scales);
+    for ((place, x), (mean, scale)) in perceived.iter_mut().zip(observation).zip(scaling) {
+        if !missing(x) {
+            *place = math::standardise(x, f32::from_le_bytes(*mean), f32::from_le_bytes(*scale));
+            instructions += 1;
+        } else if front_end.fallback == Fallback::Zero {
+            *place = 0.0;
+        }
     }
-    front_end.blank_instructions(header)
+    instructions
 }
 
-/// Adds the changes that the model predicts to its columns.
+/// The columns that the model predicts, each with its element of the observation.
 #[cfg(feature = "front-end")]
-fn predict(front_end: &FrontEnd<'_>, header: &Header, standardised: &mut [f32], rest: &mut [f32]) {
+fn believed<O: Iterator<Item = f32>>(
+    front_end: &FrontEnd<'_>,
+    observation: O,
+) -> impl Iterator<Item = (usize, f32)> {
+    // The columns ascend, so one pass over the observation meets all of them.
+    let mut columns = front_end
+        .columns
+        .iter()
+        .map(|c| usize::from(u16::from_le_bytes(*c)));
+    let mut next = columns.next();
+    observation.enumerate().filter(move |(k, _)| {
+        let found = next == Some(*k);
+        if found {
+            next = columns.next();
+        }
+        found
+    })
+}
+
+/// Computes the changes that the model predicts for its columns, from what was perceived last and the last action.
+#[cfg(feature = "front-end")]
+fn changes(front_end: &FrontEnd<'_>, header: &Header, perceived: &[f32], rest: &mut [f32]) {
     let variables_len = front_end.columns.len() + action_variables(header);
     let own = rest.get_mut(header.outputs()..).unwrap_or_default();
     let Some((variables, sums)) = own.split_at_mut_checked(variables_len) else {
         return;
     };
     let sums = sums.get_mut(..front_end.columns.len()).unwrap_or_default();
-    let column = |bytes: &[u8; 2]| usize::from(u16::from_le_bytes(*bytes));
     for (variable, number) in variables.iter_mut().zip(front_end.columns) {
-        *variable = standardised.get(column(number)).copied().unwrap_or(0.0);
+        let column = usize::from(u16::from_le_bytes(*number));
+        *variable = perceived.get(column).copied().unwrap_or(0.0);
     }
     math::changes(sums, variables, front_end.degree, front_end.coefficients);
-    for (number, change) in front_end.columns.iter().zip(sums) {
-        if let Some(x) = standardised.get_mut(column(number)) {
-            *x = math::predict(*x, *change);
-        }
-        // A sum may have overflowed, and every state word must be finite.
-        *change = 0.0;
-    }
+}
+
+/// The model's sums, one for each column.
+#[cfg(feature = "front-end")]
+fn sums<'s>(front_end: &FrontEnd<'_>, header: &Header, rest: &'s mut [f32]) -> &'s mut [f32] {
+    let columns = front_end.columns.len();
+    let start = header.outputs() + columns + action_variables(header);
+    rest.get_mut(start..)
+        .and_then(|sums| sums.get_mut(..columns))
+        .unwrap_or_default()
 }
 
 /// Stores the action for the next prediction. `rest` are the state words behind the window.

@@ -10,7 +10,7 @@
 //! - [`SliceAgent`]: the same in memory that its caller owns, for sizes known only when a policy arrives.
 //! - [`isa`]: the instruction table, from which names, encoding and costs derive.
 //! - [`math`]: what every operation computes; the only place with float arithmetic.
-//! - [`front_end`]: standardises observations and replaces blank ones, where a policy has a front end.
+//! - [`front_end`]: standardises observations and fills in what is missing, where a policy has a front end.
 //! - [`registers`]: where the registers of a program lie in the state.
 //! - [`rng`]: seeds and random streams; [`memory`]: which of them memory writes follow.
 //!
@@ -21,8 +21,9 @@
 //! | `all-operations` | every group of instructions below | on |
 //! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
 //! | `write-distributions` | execute policies whose memory is written by [other distributions](blob::WriteDistribution) than the thesis's; they are refused without | on |
-//! | `front-end` | execute [front ends](front_end): standardised observations, and what replaces blank ones; a policy that has one is refused without | on |
+//! | `front-end` | execute [front ends](front_end): standardised observations, and what replaces missing elements; a policy that has one is refused without | on |
 //! | `action-programs` | execute policies whose [outputs have programs of their own](blob::ActionKind::Each); they are refused without | on |
+//! | `old-formats` | read policies of versions 1 and 2 of the file format; they are refused without | on |
 //! | `small-code` | half the flash for vectors and matrices, but slower; results stay the same | off |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |

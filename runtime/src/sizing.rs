@@ -50,10 +50,10 @@ impl Capacities {
             Err(fault) => {
                 let text = Text::new().text("this is no policy for this build: ");
                 let text = match fault {
-                    HeaderFault::Short => text
+                    HeaderFault::Short(needed) => text
                         .number(bytes.len() as u64)
                         .text(" bytes are fewer than a header's ")
-                        .number(Header::BYTES as u64),
+                        .number(needed as u64),
                     HeaderFault::Magic => text.text("the file does not begin with TPGB"),
                     HeaderFault::Version(version) => text
                         .text("the file has format version ")

@@ -2,7 +2,7 @@
 
 use core::marker::PhantomData;
 
-use crate::decision::{Decision, ObservationError, Reset};
+use crate::decision::{Decision, ObservationError, Reset, masked};
 use crate::exec::Machine;
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
@@ -96,6 +96,33 @@ impl<'s, 'p, W: Width> SliceAgent<'s, 'p, W> {
     /// # Errors
     /// [`ObservationError`] if the observation has another length than the policy's; nothing changes then.
     pub fn decide(&mut self, observation: &[f32]) -> Result<Decision<'_>, ObservationError> {
+        self.decide_seen(observation.iter().copied())
+    }
+
+    /// As [`Agent::decide_masked`](crate::Agent::decide_masked).
+    ///
+    /// # Errors
+    /// [`ObservationError`] if the observation or `missing` has another length than the policy's observation; nothing
+    /// changes then.
+    pub fn decide_masked(
+        &mut self,
+        observation: &[f32],
+        missing: &[bool],
+    ) -> Result<Decision<'_>, ObservationError> {
+        self.decide_seen(masked(observation, missing)?)
+    }
+
+    /// As [`Agent::decide_blind`](crate::Agent::decide_blind).
+    pub fn decide_blind(&mut self) -> Decision<'_> {
+        let vectors = W::vectors::<()>(self.policy.header.width);
+        self.machine().decide_blind(vectors)
+    }
+
+    #[inline(always)]
+    fn decide_seen(
+        &mut self,
+        observation: impl ExactSizeIterator<Item = f32> + Clone,
+    ) -> Result<Decision<'_>, ObservationError> {
         let vectors = W::vectors::<()>(self.policy.header.width);
         self.machine().decide(vectors, observation, ())
     }

@@ -30,13 +30,35 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
     /// Decides on an observation, with `vectors` of the policy's width.
     #[inline(always)]
     pub(crate) fn decide<O: Observer>(
-        mut self,
+        self,
         vectors: Vectors<O>,
-        observation: &[f32],
+        observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,
     ) -> Result<Decision<'s>, ObservationError> {
+        let standardising = observe(self.policy, self.words.borrow_mut(), observation)?;
+        Ok(self.act(vectors, standardising, observer))
+    }
+
+    /// Decides on an observation of which all is missing.
+    #[inline(always)]
+    pub(crate) fn decide_blind(self, vectors: Vectors<()>) -> Decision<'s> {
+        let elements = usize::from(self.policy.header.observation_len);
+        let nothing = core::iter::repeat_n(f32::NAN, elements);
+        // It has the right length.
+        let standardising =
+            observe(self.policy, self.words.borrow_mut(), nothing).unwrap_or_default();
+        self.act(vectors, standardising, ())
+    }
+
+    /// Runs the programs on what was observed, for which the front end counted `standardising` instructions.
+    #[inline]
+    fn act<O: Observer>(
+        mut self,
+        vectors: Vectors<O>,
+        standardising: u32,
+        observer: O,
+    ) -> Decision<'s> {
         let policy = self.policy;
-        let standardising = observe(policy, self.words.borrow_mut(), observation)?;
         let mut run = Run {
             machine: &mut self,
             observer,
@@ -44,12 +66,12 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
         let path = run.decide(vectors);
         let mut observer = run.observer;
         let words = self.words.borrow_mut();
-        Ok(Decision {
+        Decision {
             action: take_action(policy, words, self.bids, path.winner, &mut observer),
             winner: path.winner,
             instructions: standardising + path.instructions,
             teams: path.teams,
-        })
+        }
     }
 }
 
@@ -92,12 +114,12 @@ impl Machine<'_, '_, [f32]> {
 
 /// Fills the window with the observation, repeated cyclically, or with what the front end makes of it.
 ///
-/// Non-finite elements count as 0. Returns the instructions that the front end counts as.
+/// Without a front end, missing elements count as 0. Returns the instructions that the front end counts as.
 #[inline(always)]
 fn observe(
     policy: &Policy<'_>,
     words: &mut [f32],
-    observation: &[f32],
+    observation: impl ExactSizeIterator<Item = f32> + Clone,
 ) -> Result<u32, ObservationError> {
     let header = &policy.header;
     let needed = usize::from(header.observation_len);
@@ -114,12 +136,12 @@ fn observe(
     #[cfg(feature = "front-end")]
     let standardised = policy
         .front_end()
-        .map(|front_end| front_end::apply(&front_end, header, first, behind, observation));
+        .map(|front_end| front_end::apply(&front_end, header, first, behind, observation.clone()));
     #[cfg(not(feature = "front-end"))]
     let (standardised, _) = (None, behind);
     if standardised.is_none() {
         for (word, x) in first.iter_mut().zip(observation) {
-            *word = math::finite(*x);
+            *word = math::finite(x);
         }
     }
     // Each turn doubles what is filled, so that a short observation in a long window takes few turns.

@@ -1,11 +1,13 @@
 //! Verifies a decoded blob. The interpreter executes only policies that have passed these checks.
 
+mod duplicates;
 mod error;
 mod header;
+mod labels;
 mod programs;
 mod teams;
 
-use crate::blob::{Blob, Header, RegisterMode, lines};
+use crate::blob::{Blob, Header, Missing, RegisterMode};
 use crate::front_end::FrontEnd;
 use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables};
@@ -13,7 +15,9 @@ use crate::tables::{Instruction, Program, Tables};
 pub use error::VerifyError;
 pub use header::{MAX_WIDTH, MAX_WORDS};
 
+use duplicates::check_duplicates;
 use header::{check_header, count, require};
+use labels::{check_labels, check_texts, labels};
 use programs::check_programs;
 use teams::{check_members, check_memory};
 
@@ -71,15 +75,21 @@ impl<'a> Policy<'a> {
         require("words", words, header.words)?;
         require("groups", groups(&tables), u32::from(header.groups))?;
         check_members(&header, &tables)?;
+        if header.has_missing_values() {
+            check_duplicates(&tables)?;
+        }
         let bounds = bounds(&header, &tables);
         if !tables.memory.is_empty() {
             let kept = words - (memory_start as u32);
             require("memory image words", kept, count(tables.memory))?;
         }
-        let labels = usize::from(header.observation_len) + header.outputs();
-        let mut lines = lines(tables.labels);
-        if lines.clone().count() != labels || !lines.all(is_label) {
-            return Err(VerifyError::Labels);
+        check_labels(&header, &tables)?;
+        if header.has_missing_values() {
+            check_texts(&tables)?;
+            let (stored, computed) = (header.contract, blob.contract());
+            if stored != computed {
+                return Err(VerifyError::Contract { stored, computed });
+            }
         }
         Ok(Policy {
             header,
@@ -126,6 +136,12 @@ impl<'a> Policy<'a> {
         RegisterMap::of(&self.header, program).locate(usize::from(at))
     }
 
+    /// The hash of the contract that plant and policy must agree on, for every version of the format.
+    #[must_use]
+    pub fn contract(&self) -> u64 {
+        crate::blob::contract(&self.header, self.tables.labels)
+    }
+
     /// Index of the first state word of the kept cells of indexed memory. The cells follow the teams' memory.
     pub(crate) const fn cells_start(&self) -> usize {
         (self.header.words as usize).saturating_sub(self.tables.cells.len())
@@ -156,6 +172,16 @@ fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyErr
             Some(front_end.words(header) as u32)
         }
     };
+    if header.has_missing_values() {
+        // The header says what stands for a missing element, and so whether there is a section.
+        let said = match tables.front_end {
+            [] => Some(Missing::Zero),
+            [kind, ..] => Missing::of_section(*kind),
+        };
+        if said != Some(header.missing) {
+            return Err(VerifyError::FrontEndMalformed);
+        }
+    }
     let announced = header.front_end.map(u32::from);
     if words.is_some() != announced.is_some() {
         return Err(VerifyError::FrontEndMalformed);
@@ -165,14 +191,6 @@ fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyErr
         words.unwrap_or(0),
         announced.unwrap_or(0),
     )
-}
-
-fn labels(text: &str) -> impl Iterator<Item = (&str, &str)> {
-    lines(text).map(|line| line.split_once('\t').unwrap_or_default())
-}
-
-fn is_label(line: &str) -> bool {
-    line.matches('\t').count() == 1 && !line.starts_with('\t')
 }
 
 fn finite(words: &[[u8; 4]], table: &'static str) -> Result<(), VerifyError> {

@@ -7,10 +7,10 @@ use tpg_runtime::isa::Group;
 use tpg_runtime::{Blob, Policy, VerifyError};
 
 const GOLDEN: [&[u8]; 4] = [
-    include_bytes!("../../tests/golden/v1/classic.tpg"),
-    include_bytes!("../../tests/golden/v1/reactive.tpg"),
-    include_bytes!("../../tests/golden/v1/team-memory.tpg"),
-    include_bytes!("../../tests/golden/v1/zero.tpg"),
+    include_bytes!("../../tests/golden/v3/classic.tpg"),
+    include_bytes!("../../tests/golden/v3/reactive.tpg"),
+    include_bytes!("../../tests/golden/v3/team-memory.tpg"),
+    include_bytes!("../../tests/golden/v3/zero.tpg"),
 ];
 
 #[test]
@@ -36,8 +36,8 @@ fn a_policy_loads_where_its_groups_are_built() {
 #[test]
 fn a_policy_with_a_front_end_loads_where_those_are_built() {
     for bytes in [
-        include_bytes!("../../tests/golden/v2/standardised.tpg").as_slice(),
-        include_bytes!("../../tests/golden/v2/believed-cubic.tpg"),
+        include_bytes!("../../tests/golden/v3/standardised.tpg").as_slice(),
+        include_bytes!("../../tests/golden/v3/believed-cubic.tpg"),
     ] {
         let loaded = Policy::load(bytes);
         if cfg!(not(feature = "front-end")) {
@@ -52,7 +52,7 @@ fn a_policy_with_a_front_end_loads_where_those_are_built() {
 
 #[test]
 fn a_policy_with_programs_for_each_output_loads_where_those_are_built() {
-    let loaded = Policy::load(include_bytes!("../../tests/golden/v1/each.tpg"));
+    let loaded = Policy::load(include_bytes!("../../tests/golden/v3/each.tpg"));
     if cfg!(not(feature = "action-programs")) {
         let error = loaded.expect_err("programs for each output");
         assert!(matches!(error, VerifyError::Unsupported { .. }), "{error}");

@@ -5,9 +5,11 @@ pub mod fixtures;
 pub mod front_end;
 pub mod golden;
 pub mod graphs;
+mod old_format;
 pub mod ops;
 pub mod process;
 pub mod random;
 pub mod samples;
 
+pub use old_format::{crc32, mend, old_format};
 pub use tpg_test_policies::{draft, shapes};

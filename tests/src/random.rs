@@ -1,5 +1,7 @@
 //! Random policies of every kind, wilder than evolution makes them: cycles, shared programs, every operation.
 
+use std::collections::BTreeSet;
+
 use tpg_runtime::blob::{
     ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
 };
@@ -229,6 +231,9 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
         for program in own {
             members.insert(dice.below(members.len() + 1), program as u16);
         }
+        // A team lists no program twice.
+        let mut listed = BTreeSet::new();
+        members.retain(|program| listed.insert(*program));
         draft.teams.push(DraftTeam {
             members,
             stream_key: dice.within(0, 3) as u32,

@@ -16,7 +16,7 @@ use tpg_runtime::blob::RegisterMode;
 use tpg_runtime::isa::Op;
 use tpg_runtime::{HostAgent, Policy};
 use tpg_tests::shapes::{ARITHMETIC, TRANSCENDENTAL, drifting_observations, typical_graph};
-use tpg_tests::{fixtures, golden, random, samples};
+use tpg_tests::{fixtures, golden, old_format, random, samples};
 use tpg_tools::export;
 
 use programs::{Compiled, Toolchain, run_c, run_rust};
@@ -46,7 +46,10 @@ fn policies() -> Vec<(String, Vec<u8>)> {
         }
     }
     for (name, draft) in samples::perceiving() {
-        policies.push((format!("golden_{}", name.replace('-', "_")), draft.encode()));
+        let name = format!("golden_{}", name.replace('-', "_"));
+        let file = draft.encode();
+        policies.push((format!("{name}_old"), old_format(&file)));
+        policies.push((name, file));
     }
     for path in champions() {
         let name = path.file_stem().expect("a name").display().to_string();

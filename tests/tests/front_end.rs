@@ -9,6 +9,7 @@ use tpg_runtime::{Action, AnyWidth, Policy, Reset, SliceAgent, Slices};
 use tpg_tests::draft::{Draft, DraftProgram, DraftTeam, TestAgent, header, instruction};
 use tpg_tests::front_end::front_end;
 use tpg_tests::random::{self, Dice};
+use tpg_tests::{golden, old_format};
 
 /// A policy of one program, two inputs and one output, which it sets to the perceived first element.
 fn echo(fallback: Fallback, degree: u8, columns: &[u16], numbers: &[f32]) -> Draft {
@@ -40,9 +41,8 @@ fn echo(fallback: Fallback, degree: u8, columns: &[u16], numbers: &[f32]) -> Dra
 }
 
 /// What is perceived of each observation, and the instructions that each decision counts.
-fn perceived(draft: &Draft, observations: &[[f32; 2]]) -> Vec<([f32; 2], u32)> {
-    let bytes = draft.encode();
-    let mut agent = TestAgent::new(Policy::load(&bytes).expect("a policy")).expect("room");
+fn perceived(bytes: &[u8], observations: &[[f32; 2]]) -> Vec<([f32; 2], u32)> {
+    let mut agent = TestAgent::new(Policy::load(bytes).expect("a policy")).expect("room");
     let mut seen = Vec::new();
     for observation in observations {
         let instructions = agent
@@ -64,9 +64,9 @@ fn inputs_that_a_scale_of_zero_hides_are_not_used() {
     }
 }
 
-/// The vectors of `docs/semantics.md`.
+/// The vectors of `docs/semantics.md` for versions 1 and 2.
 #[test]
-fn perception_is_as_documented() {
+fn policies_of_version_2_perceive_as_documented() {
     let scaling = [1.0, -2.0, 0.5, 4.0];
     let observations = [
         [3.0, -1.5],
@@ -74,15 +74,16 @@ fn perception_is_as_documented() {
         [f32::NAN, 0.0],
         [41.0, f32::INFINITY],
     ];
-    let zero = perceived(&echo(Fallback::Zero, 0, &[], &scaling), &observations);
+    let perceived = |draft: Draft| perceived(&old_format(&draft.encode()), &observations);
+    let zero = perceived(echo(Fallback::Zero, 0, &[], &scaling));
     let visible = ([1.0, 2.0], 3);
     let last = ([10.0, 8.0], 3);
     assert_eq!(zero, [visible, ([0.0; 2], 1), ([0.0; 2], 1), last]);
-    let hold = perceived(&echo(Fallback::Hold, 0, &[], &scaling), &observations);
+    let hold = perceived(echo(Fallback::Hold, 0, &[], &scaling));
     assert_eq!(hold, [visible, ([1.0, 2.0], 1), ([1.0, 2.0], 1), last]);
     // One column, the second; variables x1 and u; rows for 1, x1, x1², x1·u, u, u². The action is x0 = 1, clamped.
     let belief = [&scaling[..], &[0.5, 0.25, -0.125, 1.0, 2.0, 4.0]].concat();
-    let believed = perceived(&echo(Fallback::Model, 2, &[1], &belief), &observations);
+    let believed = perceived(echo(Fallback::Model, 2, &[1], &belief));
     // 0.5 + 0.25·2 − 0.125·4 + 1·2 + 2·1 + 4·1 = 8.5 on top of 2, then limited; again from 10.
     assert_eq!(
         believed,
@@ -90,9 +91,125 @@ fn perception_is_as_documented() {
     );
 }
 
+/// The vectors of `docs/semantics.md` for version 3, then random observations, each element of which is missing in one of
+/// three. The numbers of those come from the reference below.
+#[test]
+fn missing_elements_are_filled_as_documented() {
+    let scaling = [1.0, -2.0, 0.5, 4.0];
+    let belief = [&scaling[..], &[0.5, 0.25, -0.125, 1.0, 2.0, 4.0]].concat();
+    let kinds = [
+        ("mean", echo(Fallback::Zero, 0, &[], &scaling)),
+        ("hold", echo(Fallback::Hold, 0, &[], &scaling)),
+        ("model", echo(Fallback::Model, 2, &[1], &belief)),
+    ];
+    let (nan, infinite) = (f32::NAN, f32::INFINITY);
+    let table = [
+        [3.0, -1.5],
+        [nan, -1.5],
+        [5.0, infinite],
+        [0.0, -0.0],
+        [nan, nan],
+    ];
+    let expected = [
+        [[1.0, 2.0], [0.0, 2.0], [2.0, 0.0], [-0.5, 8.0], [0.0, 0.0]],
+        [[1.0, 2.0], [1.0, 2.0], [2.0, 2.0], [-0.5, 8.0], [-0.5, 8.0]],
+        [
+            [1.0, 2.0],
+            [1.0, 2.0],
+            [2.0, 10.0],
+            [-0.5, 8.0],
+            [-0.5, -1.5],
+        ],
+    ];
+    let mut text = String::from(
+        "# kind, observation, what is perceived, instructions of the front end; bits of f32 in hexadecimal\n",
+    );
+    for ((kind, draft), expected) in kinds.iter().zip(expected) {
+        let mut dice = Dice::new(3);
+        let random = (0..1000).map(|_| [(); 2].map(|()| element_or_nothing(&mut dice)));
+        let observations: Vec<[f32; 2]> = table.into_iter().chain(random).collect();
+        let file = draft.encode();
+        let found = perceived(&file, &observations);
+        let bits = |x: [f32; 2]| x.map(f32::to_bits);
+        for ((x, _), wanted) in found.iter().zip(expected) {
+            assert_eq!(bits(*x), bits(wanted), "{kind}");
+        }
+        let policy = Policy::load(&file).expect("a policy");
+        let mut reference = Reference::new(&policy);
+        for (observation, (x, instructions)) in observations.iter().zip(&found) {
+            let counted = reference.perceive(observation);
+            assert_eq!(bits(*x), [0, 1].map(|k| reference.perceived[k].to_bits()));
+            // The program has one instruction.
+            assert_eq!(counted + 1, *instructions, "{kind} {observation:?}");
+            assert!(*instructions <= policy.bounds().instructions);
+            // The action is the first element, clamped as the header says.
+            let header = policy.header();
+            reference.action[0] = x[0].clamp(header.action_low, header.action_high);
+            let hex = |x: [f32; 2]| format!("{:08x} {:08x}", x[0].to_bits(), x[1].to_bits());
+            let (o, x) = (hex(*observation), hex(*x));
+            text.push_str(&format!("{kind} {o} -> {x} {counted}\n"));
+        }
+    }
+    golden::assert_text("v3/missing.txt", &text);
+}
+
+/// A number, or one of the bit patterns that stand for a missing element.
+fn element_or_nothing(dice: &mut Dice) -> f32 {
+    match dice.below(3) {
+        0 => dice.pick(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
+        _ => dice.number(),
+    }
+}
+
+#[test]
+fn masks_and_blind_decisions_are_those_of_nan() {
+    for seed in 0..100 {
+        let draft = match seed % 2 {
+            0 => random::perceiving_policy(seed),
+            _ => random::policy(seed),
+        };
+        let file = draft.encode();
+        let policy = Policy::load(&file).expect("a policy");
+        let [mut with_nan, mut masked] = [(); 2].map(|()| TestAgent::new(policy).expect("room"));
+        let mut dice = Dice::new(seed);
+        let inputs = usize::from(policy.header().observation_len);
+        for step in 0..20 {
+            let mut observation: Vec<f32> = (0..inputs).map(|_| dice.measurement()).collect();
+            let blind = step % 5 == 3;
+            let missing: Vec<bool> = (0..inputs).map(|_| blind || dice.below(3) == 0).collect();
+            let found = match blind {
+                true => masked.decide_blind(),
+                false => (masked.decide_masked(&observation, &missing)).expect("the right length"),
+            };
+            let found = format!("{found:?}");
+            for (x, missing) in observation.iter_mut().zip(&missing) {
+                if *missing {
+                    *x = f32::NAN;
+                }
+            }
+            let wanted = with_nan.decide(&observation).expect("the right length");
+            assert_eq!(found, format!("{wanted:?}"), "{seed}");
+            let bits = |agent: &TestAgent<'_>| -> Vec<u32> {
+                agent.words().iter().map(|x| x.to_bits()).collect()
+            };
+            assert_eq!(bits(&with_nan), bits(&masked), "{seed}");
+        }
+        let longer = vec![false; inputs + 1];
+        assert!(masked.decide_masked(&vec![0.0; inputs], &longer).is_err());
+        assert!(
+            masked
+                .decide_masked(&vec![0.0; inputs + 1], &longer)
+                .is_err()
+        );
+    }
+}
+
 /// Perceives as `docs/semantics.md` says, with exponents in place of nested loops.
 struct Reference {
     fallback: Fallback,
+    /// Whether each element can be missing by itself.
+    each: bool,
+    model_instructions: u32,
     means: Vec<f32>,
     scales: Vec<f32>,
     columns: Vec<usize>,
@@ -144,6 +261,8 @@ impl Reference {
             .map(<[f32]>::to_vec);
         Reference {
             fallback: front_end.fallback,
+            each: policy.header().version >= 3,
+            model_instructions: front_end.model_instructions(policy.header()),
             means: floats(front_end.means),
             scales: floats(front_end.scales),
             rows: monomials.into_iter().zip(rows).collect(),
@@ -158,32 +277,41 @@ impl Reference {
         self.action.fill(0.0);
     }
 
-    fn perceive(&mut self, observation: &[f32]) {
+    /// Returns the instructions that the observation counts as.
+    fn perceive(&mut self, observation: &[f32]) -> u32 {
         let finite = |x: f32| if x.is_finite() { x } else { 0.0 };
-        if observation.iter().any(|x| finite(*x) != 0.0) {
-            for (k, o) in observation.iter().enumerate() {
+        let blank = observation.iter().all(|x| finite(*x) == 0.0);
+        let each = self.each;
+        let missing = |k: usize| match each {
+            true => !observation[k].is_finite(),
+            false => blank,
+        };
+        let before = self.perceived.clone();
+        let mut instructions = 0;
+        for (k, o) in observation.iter().enumerate() {
+            if !missing(k) {
                 let x = (finite(*o) - self.means[k]) * self.scales[k];
                 self.perceived[k] = limited(x);
+                instructions += 1;
+            } else if self.fallback == Fallback::Zero {
+                self.perceived[k] = 0.0;
             }
-            return;
         }
-        match self.fallback {
-            Fallback::Zero => self.perceived.fill(0.0),
-            Fallback::Model => {
-                let mut variables: Vec<f32> =
-                    self.columns.iter().map(|c| self.perceived[*c]).collect();
-                variables.extend(&self.action);
-                for (q, column) in self.columns.iter().enumerate() {
-                    let mut sum = 0.0f32;
-                    for (factors, coefficients) in &self.rows {
-                        let product = factors.iter().map(|v| variables[*v]).reduce(|x, y| x * y);
-                        sum += product.unwrap_or(1.0) * coefficients[q];
-                    }
-                    self.perceived[*column] = limited(self.perceived[*column] + sum);
-                }
+        if self.columns.iter().any(|k| missing(*k)) {
+            instructions += self.model_instructions;
+        }
+        let mut variables: Vec<f32> = self.columns.iter().map(|c| before[*c]).collect();
+        variables.extend(&self.action);
+        let believed = self.columns.iter().enumerate();
+        for (q, column) in believed.filter(|(_, k)| missing(**k)) {
+            let mut sum = 0.0f32;
+            for (factors, coefficients) in &self.rows {
+                let product = factors.iter().map(|v| variables[*v]).reduce(|x, y| x * y);
+                sum += product.unwrap_or(1.0) * coefficients[q];
             }
-            _ => {}
+            self.perceived[*column] = limited(before[*column] + sum);
         }
+        instructions
     }
 
     fn act(&mut self, action: Action<'_>, actions: u16) {
@@ -194,15 +322,13 @@ impl Reference {
     }
 }
 
-/// Observations with a blank one in every three.
+/// Observations of which one in four is zeros, and one in four missing.
 fn observation(dice: &mut Dice, len: usize) -> Vec<f32> {
-    let blank = dice.below(3) == 0;
-    let element = |dice: &mut Dice| {
-        if blank {
-            dice.pick(&[0.0, -0.0])
-        } else {
-            dice.measurement()
-        }
+    let kind = dice.below(4);
+    let element = |dice: &mut Dice| match kind {
+        0 => dice.pick(&[0.0, -0.0]),
+        1 => f32::NAN,
+        _ => dice.measurement(),
     };
     (0..len).map(|_| element(dice)).collect()
 }
@@ -210,8 +336,11 @@ fn observation(dice: &mut Dice, len: usize) -> Vec<f32> {
 #[test]
 fn random_policies_perceive_as_the_reference_and_alike_in_borrowed_memory() {
     let (mut beliefs, mut scopes) = (0, Vec::new());
-    for seed in 0..200 {
-        let bytes = random::perceiving_policy(seed).encode();
+    for seed in 0..400 {
+        let mut bytes = random::perceiving_policy(seed / 2).encode();
+        if seed % 2 == 1 {
+            bytes = old_format(&bytes);
+        }
         let policy = Policy::load(&bytes).unwrap_or_else(|error| panic!("{seed}: {error}"));
         let header = policy.header();
         scopes.push(header.reset_scope);

@@ -1,4 +1,4 @@
-//! Front ends that a run learns from what its policies saw: scaling, and a model for steps in which the observation is blank.
+//! Front ends that a run learns from what its policies saw: scaling, and a model for what is missing of them.
 //!
 //! ```text
 //! Recorded (around each agent) --Recording--> Learner --LearnedFrontEnd, for the next generation--> lowering

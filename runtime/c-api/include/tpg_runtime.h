@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 // Number of bytes of a policy's header. `tpg_memory_size` needs no more of the file.
-#define TPG_HEADER_SIZE 72
+#define TPG_HEADER_SIZE 96
 
 // The address of an agent's memory must be a multiple of this number.
 #define TPG_ALIGNMENT 8
@@ -108,7 +108,8 @@ tpg_status tpg_reset(tpg_agent *agent,
 
 // Decides and writes one value for each output. Values are finite and within the policy's limits.
 //
-// Non-finite elements of the observation count as 0. On any status but `TPG_STATUS_OK` nothing has changed.
+// An element of the observation that is not finite, such as NaN, is missing: the policy's front end fills it in. Without a
+// front end, and in policies of format versions 1 and 2, it counts as 0. On any status but `TPG_STATUS_OK` nothing has changed.
 //
 // # Safety
 // - `agent` must be null or come from `tpg_init`.

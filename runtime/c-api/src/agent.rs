@@ -13,7 +13,7 @@ use crate::status::TpgStatus;
 use crate::width::Built;
 
 /// Number of bytes of a policy's header. `tpg_memory_size` needs no more of the file.
-pub const TPG_HEADER_SIZE: usize = 72;
+pub const TPG_HEADER_SIZE: usize = 96;
 /// The address of an agent's memory must be a multiple of this number.
 pub const TPG_ALIGNMENT: usize = 8;
 /// Begin an evaluation of the agent with its first episode.
@@ -150,7 +150,8 @@ pub unsafe extern "C" fn tpg_reset(agent: *mut TpgAgent, what: u32, agent_seed: 
 
 /// Decides and writes one value for each output. Values are finite and within the policy's limits.
 ///
-/// Non-finite elements of the observation count as 0. On any status but `TPG_STATUS_OK` nothing has changed.
+/// An element of the observation that is not finite, such as NaN, is missing: the policy's front end fills it in. Without a
+/// front end, and in policies of format versions 1 and 2, it counts as 0. On any status but `TPG_STATUS_OK` nothing has changed.
 ///
 /// # Safety
 /// - `agent` must be null or come from `tpg_init`.

@@ -36,7 +36,7 @@ pub fn contract_bytes(header: &Header, labels: &str, mut put: impl FnMut(&[u8]))
 }
 
 /// The number, +0 for −0.
-const fn positive_zero(x: f32) -> f32 {
+pub(super) const fn positive_zero(x: f32) -> f32 {
     if x == 0.0 { 0.0 } else { x }
 }
 

@@ -5,7 +5,8 @@
 use core::fmt;
 
 use super::header::HeaderFault;
-use super::{Body, CRC, CRC_BYTES, Header, OLDEST_VERSION, VERSION};
+use super::{CRC, CRC_BYTES, Header, OLDEST_VERSION, SectionFault, Signature, VERSION};
+use super::{contract, sections};
 use crate::isa::FINGERPRINT;
 use crate::tables::Tables;
 
@@ -14,6 +15,7 @@ use crate::tables::Tables;
 pub struct Blob<'a> {
     header: Header,
     tables: Tables<'a>,
+    signature: Option<Signature<'a>>,
 }
 
 /// Why bytes cannot be decoded as a blob.
@@ -60,8 +62,15 @@ pub enum DecodeError {
         /// Checksum computed from the file's header and body.
         computed: u32,
     },
-    /// Postcard cannot read the tables from the body, or bytes are left over after them.
+    /// The tables cannot be read from the body, or bytes are left over after them.
     Body,
+    /// A section of version 3 is refused.
+    Section {
+        /// Type of the section.
+        kind: u16,
+        /// What is wrong with it.
+        fault: SectionFault,
+    },
     /// The length of a table is not a multiple of the width of its records.
     RecordWidth {
         /// Name of the table.
@@ -104,6 +113,7 @@ impl fmt::Display for DecodeError {
                 f,
                 "body of the blob is malformed though its checksum is right"
             ),
+            Self::Section { kind, fault } => write!(f, "section of type {kind} {fault}"),
             Self::RecordWidth { table } => {
                 write!(f, "table `{table}` ends in the middle of a record")
             }
@@ -122,8 +132,8 @@ impl<'a> Blob<'a> {
     /// Any [`DecodeError`]. Truncated files, extra bytes and any single flipped bit are always refused.
     pub fn decode(bytes: &'a [u8]) -> Result<Self, DecodeError> {
         let header = Header::read(bytes).map_err(|fault| match fault {
-            HeaderFault::Short => DecodeError::Truncated {
-                needed: Header::BYTES,
+            HeaderFault::Short(needed) => DecodeError::Truncated {
+                needed,
                 got: bytes.len(),
             },
             HeaderFault::Magic => DecodeError::NotABlob,
@@ -137,9 +147,7 @@ impl<'a> Blob<'a> {
             },
             HeaderFault::Field(field) => DecodeError::HeaderField { field },
         })?;
-        let needed = usize::try_from(header.body_bytes)
-            .unwrap_or(usize::MAX)
-            .saturating_add(Header::BYTES + CRC_BYTES);
+        let needed = usize::try_from(header.file_bytes()).unwrap_or(usize::MAX);
         if bytes.len() < needed {
             return Err(DecodeError::Truncated {
                 needed,
@@ -158,26 +166,43 @@ impl<'a> Blob<'a> {
         if stored != computed {
             return Err(DecodeError::Checksum { stored, computed });
         }
-        let body = covered.get(Header::BYTES..).unwrap_or_default();
-        let (body, rest) =
-            postcard::take_from_bytes::<Body<'a>>(body).map_err(|_| DecodeError::Body)?;
-        if !rest.is_empty() {
-            return Err(DecodeError::Body);
+        let body = covered.get(header.stored_bytes()..).unwrap_or_default();
+        #[cfg(feature = "old-formats")]
+        if header.version < VERSION {
+            let tables = super::old::read(body)?;
+            return Ok(Blob {
+                header,
+                tables,
+                signature: None,
+            });
         }
-        let tables = Tables {
-            teams: records(body.teams, "teams")?,
-            members: records(body.members, "members")?,
-            programs: records(body.programs, "programs")?,
-            code: records(body.code, "code")?,
-            constants: records(body.constants, "constants")?,
-            cells: records(body.cells, "cells")?,
-            memory: records(body.memory, "memory")?,
-            front_end: body.front_end,
-            labels: body.labels,
-            task: body.task,
-            observability: body.observability,
-        };
-        Ok(Blob { header, tables })
+        let (tables, signed) = sections::read(body, header.sections)?;
+        let signature = Signature::of(covered).filter(|_| signed);
+        if signature.is_some() != signed {
+            return Err(DecodeError::Section {
+                kind: sections::kind::SIGNATURE,
+                fault: SectionFault::Form,
+            });
+        }
+        Ok(Blob {
+            header,
+            tables,
+            signature,
+        })
+    }
+
+    /// The file's signature, which nothing has verified. `None` if the file has none, as before version 3.
+    #[must_use]
+    pub const fn signature(&self) -> Option<Signature<'a>> {
+        self.signature
+    }
+
+    /// The hash of the file's contract, computed from header and labels. It works for every version.
+    ///
+    /// [`Policy::verify`](crate::Policy::verify) compares it with the stored one.
+    #[must_use]
+    pub fn contract(&self) -> u64 {
+        contract(&self.header, self.tables.labels)
     }
 
     /// The header.
@@ -193,7 +218,7 @@ impl<'a> Blob<'a> {
     }
 }
 
-fn records<'a, const N: usize>(
+pub(super) fn records<'a, const N: usize>(
     bytes: &'a [u8],
     table: &'static str,
 ) -> Result<&'a [[u8; N]], DecodeError> {

@@ -1,6 +1,7 @@
 //! The header of a blob. It has a fixed size, and constant expressions can read it.
 
-use super::{CRC_BYTES, MAGIC, OLDEST_VERSION, VERSION};
+use super::sections::MAX_SECTIONS;
+use super::{CRC_BYTES, MAGIC, MAX_FILE_BYTES, OLDEST_VERSION, VERSION};
 use crate::isa::FINGERPRINT;
 
 macro_rules! coded {
@@ -155,13 +156,35 @@ coded! {
     }
 }
 
+coded! {
+    /// What a policy sees in place of a missing element of the observation.
+    Missing {
+        /// Zero. The policy has no front end.
+        Zero = 0 "zero",
+        /// The mean of what was observed in training.
+        Mean = 1 "mean",
+        /// What was perceived last.
+        Hold = 2 "hold",
+        /// What a learned model predicts.
+        Model = 3 "model",
+    }
+}
+
+impl Missing {
+    /// What the first byte of a front-end section says, `None` if it has no meaning.
+    pub(crate) const fn of_section(kind: u8) -> Option<Self> {
+        Self::from_code(kind.saturating_add(1))
+    }
+}
+
 /// The fields of a blob's header.
 ///
-/// The magic, the format version, the header's length and the fingerprint are left out, because only the decoder needs
-/// them.
+/// The magic, the header's length and the fingerprint are left out, because only the decoder needs them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Header {
+    /// Format version of the file. It decides what the policy sees of a missing element.
+    pub version: u16,
     /// Length of the body in bytes.
     pub body_bytes: u32,
     /// Number of state words (f32) that the policy needs. The verifier accepts at most 65 535.
@@ -194,8 +217,6 @@ pub struct Header {
     pub write_distribution: WriteDistribution,
     /// Number of state words that the policy's [front end](crate::front_end) needs for itself. `None` if the policy has
     /// no front end.
-    ///
-    /// A header with a front end has format version 2, any other header version 1.
     pub front_end: Option<u16>,
     /// The [instruction groups](crate::isa::Group) that the code uses, one bit each.
     pub groups: u16,
@@ -207,12 +228,23 @@ pub struct Header {
     pub control_period_us: u32,
     /// Hash of configuration, seed, generation and format. It identifies the run that made the policy.
     pub provenance: [u8; 16],
+    /// Hash of the contract as stored, 0 before version 3. [`contract`](super::contract()) computes it for any version.
+    pub contract: u64,
+    /// Number against downgrades, which the maker raises. 0 for none, and before version 3.
+    pub release: u32,
+    /// Observations in the window, this one included. This build reads 1.
+    pub history: u16,
+    /// Entries of the directory. 0 before version 3.
+    pub sections: u16,
+    /// What stands for a missing element. [`Missing::Zero`] in the headers of versions 1 and 2, which do not say it.
+    pub missing: Missing,
 }
 
 /// Why a header was refused. The decoder converts it to a [`super::DecodeError`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HeaderFault {
-    Short,
+    /// Fewer bytes than this header has, with its length.
+    Short(usize),
     Magic,
     Version(u16),
     Fingerprint(u32),
@@ -239,6 +271,10 @@ const fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(bytes_at(bytes, at))
 }
 
+const fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(bytes_at(bytes, at))
+}
+
 const fn u8_at(bytes: &[u8], at: usize) -> u8 {
     let [byte] = bytes_at(bytes, at);
     byte
@@ -250,6 +286,7 @@ impl Default for Header {
     /// Code that encodes a policy starts from this header and sets the fields.
     fn default() -> Self {
         Header {
+            version: VERSION,
             body_bytes: 0,
             words: 0,
             programs: 0,
@@ -271,13 +308,20 @@ impl Default for Header {
             action_high: 0.0,
             control_period_us: 0,
             provenance: [0; 16],
+            contract: 0,
+            release: 0,
+            history: 1,
+            sections: 0,
+            missing: Missing::Zero,
         }
     }
 }
 
 impl Header {
-    /// Length of a header in bytes.
-    pub const BYTES: usize = 72;
+    /// Length of a header in bytes. Headers of versions 1 and 2 have 24 bytes fewer, but every file has this many.
+    pub const BYTES: usize = 96;
+    /// Length of a header of version 1 or 2.
+    pub(super) const OLD_BYTES: usize = 72;
 
     /// Reads the header of a blob. It works in constant expressions, so the size of an [`Agent`](crate::Agent) can be
     /// computed at compile time.
@@ -294,8 +338,8 @@ impl Header {
     }
 
     pub(crate) const fn read(bytes: &[u8]) -> Result<Self, HeaderFault> {
-        if bytes.len() < Self::BYTES {
-            return Err(HeaderFault::Short);
+        if bytes.len() < Self::OLD_BYTES {
+            return Err(HeaderFault::Short(Self::OLD_BYTES));
         }
         let ([m0, m1, m2, m3], [e0, e1, e2, e3]) = (bytes_at::<4>(bytes, 0), MAGIC);
         if m0 != e0 || m1 != e1 || m2 != e2 || m3 != e3 {
@@ -305,7 +349,12 @@ impl Header {
         if version < OLDEST_VERSION || version > VERSION {
             return Err(HeaderFault::Version(version));
         }
-        if u16_at(bytes, 6) as usize != Self::BYTES {
+        let old = version < VERSION;
+        let length = if old { Self::OLD_BYTES } else { Self::BYTES };
+        if bytes.len() < length {
+            return Err(HeaderFault::Short(length));
+        }
+        if u16_at(bytes, 6) as usize != length {
             return Err(HeaderFault::Field("header length"));
         }
         if u32_at(bytes, 8) != FINGERPRINT {
@@ -329,12 +378,36 @@ impl Header {
         let Some(write_distribution) = WriteDistribution::from_code(u8_at(bytes, 39)) else {
             return Err(HeaderFault::Field("write distribution"));
         };
-        let front_end = match (version, u16_at(bytes, 54)) {
-            (OLDEST_VERSION, 0) => None,
-            (OLDEST_VERSION, _) => return Err(HeaderFault::Field("reserved bytes")),
-            (_, words) => Some(words),
+        let front_end_words = u16_at(bytes, 54);
+        let (missing, has_front_end) = if old {
+            (Missing::Zero, version > 1)
+        } else {
+            match Missing::from_code(u8_at(bytes, 88)) {
+                Some(Missing::Zero) => (Missing::Zero, false),
+                Some(missing) => (missing, true),
+                None => return Err(HeaderFault::Field("missing")),
+            }
         };
+        if !has_front_end && front_end_words != 0 {
+            return Err(HeaderFault::Field("front-end words"));
+        }
+        let front_end = if has_front_end {
+            Some(front_end_words)
+        } else {
+            None
+        };
+        let (history, sections) = if old {
+            (1, 0)
+        } else {
+            (u16_at(bytes, 84), u16_at(bytes, 86))
+        };
+        if !old {
+            if let Some(field) = Self::refused_extension(bytes) {
+                return Err(HeaderFault::Field(field));
+            }
+        }
         Ok(Header {
+            version,
             body_bytes: u32_at(bytes, 12),
             words: u32_at(bytes, 16),
             programs: u16_at(bytes, 20),
@@ -356,10 +429,32 @@ impl Header {
             action_high: f32::from_bits(u32_at(bytes, 44)),
             control_period_us: u32_at(bytes, 48),
             provenance: bytes_at(bytes, 56),
+            contract: if old { 0 } else { u64_at(bytes, 72) },
+            release: if old { 0 } else { u32_at(bytes, 80) },
+            history,
+            sections,
+            missing,
         })
     }
 
-    /// The header as a blob stores it.
+    /// The field of version 3 that holds what this build does not read, if there is one.
+    const fn refused_extension(bytes: &[u8]) -> Option<&'static str> {
+        if u16_at(bytes, 84) != 1 {
+            Some("history")
+        } else if u16_at(bytes, 86) > MAX_SECTIONS {
+            Some("sections")
+        } else if u8_at(bytes, 89) != 0 {
+            Some("tasks")
+        } else if u16_at(bytes, 90) != 0 || u32_at(bytes, 92) != 0 {
+            Some("reserved bytes")
+        } else if u32_at(bytes, 12) > MAX_FILE_BYTES - (Self::BYTES + CRC_BYTES) as u32 {
+            Some("body bytes")
+        } else {
+            None
+        }
+    }
+
+    /// The header as a blob of version 3 stores it.
     #[must_use]
     pub(super) fn to_bytes(self) -> [u8; Self::BYTES] {
         let mut out = [0; Self::BYTES];
@@ -371,11 +466,7 @@ impl Header {
             at += bytes.len();
         };
         put(&MAGIC);
-        let (version, front_end_words) = match self.front_end {
-            Some(words) => (VERSION, words),
-            None => (OLDEST_VERSION, 0),
-        };
-        put(&version.to_le_bytes());
+        put(&VERSION.to_le_bytes());
         put(&(Self::BYTES as u16).to_le_bytes());
         put(&FINGERPRINT.to_le_bytes());
         put(&self.body_bytes.to_le_bytes());
@@ -403,8 +494,13 @@ impl Header {
         put(&self.action_high.to_le_bytes());
         put(&self.control_period_us.to_le_bytes());
         put(&self.groups.to_le_bytes());
-        put(&front_end_words.to_le_bytes());
+        put(&self.front_end.unwrap_or(0).to_le_bytes());
         put(&self.provenance);
+        put(&self.contract.to_le_bytes());
+        put(&self.release.to_le_bytes());
+        put(&self.history.to_le_bytes());
+        put(&self.sections.to_le_bytes());
+        put(&[self.missing as u8]);
         out
     }
 
@@ -417,9 +513,26 @@ impl Header {
         }
     }
 
+    /// Whether each element of an observation can be missing by itself. Before version 3, missing elements count as zero,
+    /// and a front end takes an observation of zeros for one of which all is missing.
+    #[inline]
+    #[must_use]
+    pub const fn has_missing_values(&self) -> bool {
+        OLDEST_VERSION == VERSION || self.version >= VERSION
+    }
+
+    /// Length of the header in its file, in bytes.
+    pub(crate) const fn stored_bytes(&self) -> usize {
+        if OLDEST_VERSION < VERSION && self.version < VERSION {
+            Self::OLD_BYTES
+        } else {
+            Self::BYTES
+        }
+    }
+
     /// Length of the whole file in bytes: header, body and checksum.
     pub(crate) const fn file_bytes(&self) -> u64 {
-        Self::BYTES as u64 + self.body_bytes as u64 + CRC_BYTES as u64
+        self.stored_bytes() as u64 + self.body_bytes as u64 + CRC_BYTES as u64
     }
 
     /// Index of the first state word of the programs' registers. They follow the observation window, the outputs

@@ -1,4 +1,4 @@
-//! The arithmetic of a front end: standardises observations, and predicts them by a model where they are blank.
+//! The arithmetic of a front end: standardises observations, and predicts by a model what is missing of them.
 
 use super::{clamp, finite};
 

@@ -33,6 +33,13 @@ pub enum VerifyError {
         /// Number of the team.
         team: u16,
     },
+    /// A team lists a program twice.
+    DuplicateMember {
+        /// Number of the team.
+        team: u16,
+        /// Number of the program.
+        program: u16,
+    },
     /// No program of a team has an atomic action.
     NoExit {
         /// Number of the team.
@@ -90,6 +97,15 @@ pub enum VerifyError {
     },
     /// The labels do not have exactly one line with name and unit for each input and each output, or a name is empty.
     Labels,
+    /// The name of the task or of its wrappers is empty or longer than 255 bytes.
+    Texts,
+    /// The hash of the contract is not that of header and labels.
+    Contract {
+        /// Hash in the file.
+        stored: u64,
+        /// Hash computed from header and labels.
+        computed: u64,
+    },
     /// The front-end section is malformed, or its presence does not agree with the format version.
     FrontEndMalformed,
 }
@@ -109,6 +125,9 @@ impl fmt::Display for VerifyError {
                 )
             }
             Self::EmptyTeam { team } => write!(f, "team {team} has no program"),
+            Self::DuplicateMember { team, program } => {
+                write!(f, "team {team} lists program {program} twice")
+            }
             Self::NoExit { team } => write!(f, "team {team} has no program with an atomic action"),
             Self::NoSuchProgram { team, program } => {
                 write!(
@@ -154,6 +173,14 @@ impl fmt::Display for VerifyError {
             Self::Labels => write!(
                 f,
                 "labels are not one `name<TAB>unit` line for each input and output"
+            ),
+            Self::Texts => write!(
+                f,
+                "the name of the task or of its wrappers is empty or longer than 255 bytes"
+            ),
+            Self::Contract { stored, computed } => write!(
+                f,
+                "contract {stored:016x} stored, {computed:016x} computed from header and labels"
             ),
             Self::FrontEndMalformed => write!(f, "front-end section is malformed"),
         }

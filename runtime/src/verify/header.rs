@@ -10,6 +10,13 @@ pub const MAX_WIDTH: u16 = 32;
 /// Largest number of state words: 65 535. Every offset must fit in 16 bits, including the offset just past the end.
 pub const MAX_WORDS: u32 = u16::MAX as u32;
 
+/// Most programs of a policy of version 3.
+pub(super) const MAX_PROGRAMS: u16 = 2048;
+/// Most teams of a policy of version 3.
+const MAX_TEAMS: u16 = 512;
+/// Most random streams of a policy of version 3: three for each team.
+const MAX_STREAMS: u16 = 1536;
+
 /// The length of a table as a `u32`, the type that errors use.
 pub(super) fn count<T>(table: &[T]) -> u32 {
     u32::try_from(table.len()).unwrap_or(u32::MAX)
@@ -66,6 +73,15 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
     )?;
     require("teams", count(tables.teams), u32::from(header.teams))?;
     at_most("teams", u32::from(Target::MAX), u32::from(header.teams))?;
+    if header.has_missing_values() {
+        at_most(
+            "programs",
+            u32::from(MAX_PROGRAMS),
+            u32::from(header.programs),
+        )?;
+        at_most("teams", u32::from(MAX_TEAMS), u32::from(header.teams))?;
+        at_most("streams", u32::from(MAX_STREAMS), u32::from(header.streams))?;
+    }
     at_most("words", MAX_WORDS, header.words)?;
     at_most("width", u32::from(MAX_WIDTH), u32::from(header.width))?;
     if header.width == 0 || header.observation_len == 0 || header.actions == 0 || header.teams == 0
@@ -85,7 +101,11 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
     }
     if header.action_kind != ActionKind::Discrete {
         let (low, high) = (header.action_low, header.action_high);
-        if !(low.is_finite() && high.is_finite() && low <= high) {
+        let negative_zero = |x: f32| x.to_bits() == 1 << 31;
+        let two_zeros = negative_zero(low) || negative_zero(high);
+        if !(low.is_finite() && high.is_finite() && low <= high)
+            || (two_zeros && header.has_missing_values())
+        {
             return Err(VerifyError::ActionRange);
         }
         at_most(

@@ -54,8 +54,11 @@ pub fn write_script(script: &mut String, number: usize, policy: &Policy<'_>) -> 
             ));
         }
         for step in 0..30 {
-            let blank = step % 7 == 3;
-            let element = |dice: &mut Dice| if blank { 0.0 } else { dice.measurement() };
+            let element = |dice: &mut Dice| match step % 7 {
+                3 => 0.0,
+                5 => f32::NAN,
+                _ => dice.measurement(),
+            };
             events.push(Event::Observe(
                 (0..inputs).map(|_| element(&mut dice)).collect(),
             ));

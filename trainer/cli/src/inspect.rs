@@ -69,11 +69,11 @@ struct Summary {
 /// What a front end does and takes; its part of the policy's figures.
 #[derive(Debug, Serialize)]
 struct FrontEndSummary {
-    blank: &'static str,
+    missing: &'static str,
     degree: u8,
     believed: Vec<String>,
     instructions_visible: u32,
-    instructions_blank: u32,
+    instructions_model: u32,
     state_bytes: usize,
     blob_bytes: usize,
 }
@@ -83,7 +83,7 @@ fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
     let (header, inputs) = (policy.header(), policy.inputs());
     let believed = |column: &u16| front_end.columns.contains(&column.to_le_bytes());
     Some(FrontEndSummary {
-        blank: front_end.fallback.name(),
+        missing: front_end.fallback.name(),
         degree: front_end.degree,
         believed: (0u16..)
             .zip(inputs)
@@ -91,7 +91,7 @@ fn front_end(policy: &Policy<'_>) -> Option<FrontEndSummary> {
             .map(|(_, (name, _))| name.to_owned())
             .collect(),
         instructions_visible: front_end.visible_instructions(),
-        instructions_blank: front_end.blank_instructions(header),
+        instructions_model: front_end.model_instructions(header),
         state_bytes: 4 * front_end.words(header),
         blob_bytes: policy.tables().front_end.len(),
     })
@@ -233,10 +233,10 @@ impl fmt::Display for Summary {
             };
             writeln!(
                 f,
-                "front end       standardises, blank: {}{model}; {} or {} instructions, {} bytes of state, {} of blob",
-                front_end.blank,
+                "front end       standardises, missing: {}{model}; {} instructions, {} of a model, {} bytes of state, {} of blob",
+                front_end.missing,
                 front_end.instructions_visible,
-                front_end.instructions_blank,
+                front_end.instructions_model,
                 front_end.state_bytes,
                 front_end.blob_bytes
             )?;

@@ -10,7 +10,7 @@ use crate::keys::by_name;
 /// A front end, with the numbers that the runtime reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LearnedFrontEnd {
-    /// What programs get in place of a blank observation. As long as there is no model, a learned one is what they got last.
+    /// What programs get in place of missing elements. As long as there is no model, a learned one is what they got last.
     #[serde(with = "by_name")]
     pub fallback: FrontEndFallback,
     /// What is subtracted from each element of the observation, in the unit of the element.

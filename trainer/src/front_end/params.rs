@@ -13,7 +13,7 @@ const LARGEST: f64 = 1e6;
 /// The word that stands for [`Columns::Auto`].
 const AUTO: &str = "auto";
 
-/// What programs get in place of a blank observation.
+/// What programs get in place of missing elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FrontEndFallback {
     /// Zeros.
@@ -128,7 +128,7 @@ named!(FrontEndFallback Others);
 pub struct FrontEndParams {
     /// Whether observations are shifted and scaled by the moments of what was seen.
     pub standardise: bool,
-    /// What programs get in place of a blank observation.
+    /// What programs get in place of missing elements.
     #[serde(with = "by_name")]
     pub belief: FrontEndFallback,
     /// Degree of a model's monomials, 1 to 3.

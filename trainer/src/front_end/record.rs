@@ -55,9 +55,9 @@ impl Recorder {
         self.pairs.clear();
     }
 
-    /// Records an observation and the action that the policy chose. Blank observations are left out.
+    /// Records an observation and the action that the policy chose. Observations of which a part is missing are left out.
     pub fn see(&mut self, seen: &[f32], action: Action<'_>) {
-        if math::is_blank(seen) {
+        if !seen.iter().all(|x| x.is_finite()) {
             self.last.clear();
             return;
         }
@@ -130,7 +130,7 @@ mod tests {
             for (seen, action) in [
                 ([1.0, 2.0], 0),
                 ([3.0, 4.0], 2),
-                ([0.0, -0.0], 1),
+                ([f32::NAN, 7.0], 1),
                 ([5.0, 6.0], 1),
                 ([0.0, 7.0], 1),
             ] {

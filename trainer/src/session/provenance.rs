@@ -2,7 +2,7 @@
 
 use sha2::{Digest as _, Sha256};
 
-use tpg_runtime::blob::{OLDEST_VERSION, VERSION};
+use tpg_runtime::blob::VERSION;
 
 use crate::config::Config;
 
@@ -10,8 +10,6 @@ use crate::config::Config;
 #[derive(Debug, Clone)]
 pub(super) struct Provenance {
     run: Sha256,
-    /// Version of the policies' format.
-    format: u16,
 }
 
 impl Provenance {
@@ -25,20 +23,14 @@ impl Provenance {
         // Writing a configuration as TOML cannot fail: it holds tables, numbers and text alone.
         hasher.update(toml::to_string(&config).unwrap_or_default());
         hasher.update(seed.to_le_bytes());
-        Provenance {
-            run: hasher,
-            format: match config.front_end.is_on() {
-                true => VERSION,
-                false => OLDEST_VERSION,
-            },
-        }
+        Provenance { run: hasher }
     }
 
     /// First half of SHA-256 over configuration, seed, generation and format version.
     pub(super) fn of(&self, generation: u64) -> [u8; 16] {
         let mut hasher = self.run.clone();
         hasher.update(generation.to_le_bytes());
-        hasher.update(self.format.to_le_bytes());
+        hasher.update(VERSION.to_le_bytes());
         let digest: [u8; 32] = hasher.finalize().into();
         digest.first_chunk::<16>().copied().unwrap_or_default()
     }

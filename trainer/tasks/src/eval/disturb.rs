@@ -7,7 +7,7 @@ use tpg_runtime::{Action, Reset};
 
 use super::disturbance::{Direction, DisturbError, Disturbance, Effect};
 use super::{Controller, Reply};
-use crate::task::{ActionSpace, Rng, round, words_of};
+use crate::task::{ActionSpace, MISSING, Rng, round, words_of};
 
 /// A controller behind a link with disturbances, each applied to what the one before it delivered.
 ///
@@ -45,7 +45,7 @@ impl<C> Disturbed<C> {
             let effect = disturbance.effect;
             match disturbance.direction {
                 Direction::Observation => {
-                    let lost = Lost::Zeros;
+                    let lost = Lost::Missing;
                     observation_stages.push(Stage::new(effect, position, observation_len, lost));
                 }
                 Direction::Action => {
@@ -135,10 +135,15 @@ fn copy(from: &[f32], to: &mut [f32]) {
     }
 }
 
+/// The number as a value of a frame. What is missing stays missing.
+fn rounded(x: f64) -> f32 {
+    if x.is_nan() { MISSING } else { round(x) }
+}
+
 /// What stands for a frame that did not arrive.
 #[derive(Debug, Clone, Copy)]
 enum Lost {
-    Zeros,
+    Missing,
     /// The last one that did, at first an idle one.
     Last {
         idle: f32,
@@ -190,7 +195,7 @@ impl Stage {
         self.rng = Rng::new(mix64(&[wrapper_seed, self.position]));
         self.steps = 0;
         self.last.fill(match self.lost {
-            Lost::Zeros => 0.0,
+            Lost::Missing => MISSING,
             Lost::Last { idle } => idle,
         });
     }
@@ -208,12 +213,13 @@ impl Stage {
             }
             Effect::Noise(sd) => {
                 for value in frame {
-                    *value = round(f64::from(*value) + sd * self.rng.normal());
+                    // The number is drawn for a missing element too, which stays missing.
+                    *value = rounded(f64::from(*value) + sd * self.rng.normal());
                 }
             }
             Effect::Quantise(step) => {
                 for value in frame {
-                    *value = round((f64::from(*value) / step).round() * step);
+                    *value = rounded((f64::from(*value) / step).round() * step);
                 }
             }
         }

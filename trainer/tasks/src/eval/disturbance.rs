@@ -10,7 +10,7 @@ pub const MAX_DELAY: u32 = 10_000;
 pub enum Effect {
     /// Every frame arrives this many steps late; before the first one arrives, each step counts as a lost frame.
     Delay(u32),
-    /// The frame is lost with this probability: zeros for an observation, the last action again for an action.
+    /// The frame is lost with this probability: an observation is missing then, of an action the last one is taken again.
     Loss {
         /// Dividend of the probability.
         numerator: u32,

@@ -38,4 +38,4 @@ pub use registry::{
 pub use rng::Rng;
 pub(crate) use spec::round;
 pub use spec::{ActionSpace, Channel, Randomization, Spec, Step, Task, Terms};
-pub use wrappers::Wrappers;
+pub use wrappers::{MISSING, Wrappers};

@@ -18,7 +18,7 @@ pub enum Observability {
     None,
     /// Leaves out the channels that are velocities (T §2.4.1).
     VelocitiesRemoved,
-    /// Makes the whole vector zero in each step, the first too, with this probability (T §3.5.4).
+    /// Makes the whole vector missing in each step, the first too, with this probability (T §3.5.4).
     Blackout {
         /// Dividend of the probability.
         numerator: u32,

@@ -3,6 +3,9 @@
 use super::observability::{Observability, ObservabilityError, threshold};
 use super::{Channel, Rng, Spec};
 
+/// What stands for an element that a policy does not see. Policies of versions 1 and 2 of the file format take it for 0.
+pub const MISSING: f32 = f32::NAN;
+
 /// A stack of observabilities, ready to be applied to a task's observations.
 #[derive(Debug, Clone)]
 pub struct Wrappers {
@@ -70,7 +73,7 @@ impl Wrappers {
 
     /// Writes what the policy sees of a full observation; called once for each step, the first included.
     ///
-    /// Each blackout of the stack draws one [`Rng::word`], whether or not another one has struck. `out` has one element
+    /// In a blackout every element is [`MISSING`]. Each blackout of the stack draws one [`Rng::word`], whether or not another one has struck. `out` has one element
     /// for each of [`inputs`](Self::inputs); of a slice with another length only the common part is written.
     pub fn apply(&mut self, full: &[f32], out: &mut [f32], rng: &mut Rng) {
         let mut dark = false;
@@ -79,7 +82,7 @@ impl Wrappers {
         }
         for (out, &index) in out.iter_mut().zip(&self.kept) {
             *out = if dark {
-                0.0
+                MISSING
             } else {
                 full.get(index).copied().unwrap_or(0.0)
             };
@@ -151,8 +154,9 @@ mod tests {
                 let mut out = [9.0; 4];
                 wrappers.apply(&[1.0; 4], &mut out, &mut rng);
                 let bits = out.map(f32::to_bits);
-                assert!(bits == [0; 4] || bits == [1.0f32.to_bits(); 4]);
-                dark += u32::from(bits == [0; 4]);
+                let missing = [MISSING.to_bits(); 4];
+                assert!(bits == missing || bits == [1.0f32.to_bits(); 4]);
+                dark += u32::from(bits == missing);
             }
             // Five standard deviations of a binomial number; none at all for 0 and 1.
             let bound = 5.0 * (f64::from(STEPS) * p * (1.0 - p)).sqrt();
@@ -173,7 +177,7 @@ mod tests {
             let (mut rng, mut seen) = (Rng::new(3), full.clone());
             let mut blank = || {
                 wrappers.apply(&full, &mut seen, &mut rng);
-                seen[0] == 0.0
+                seen[0].is_nan()
             };
             (0..6000).map(|_| blank()).collect()
         };

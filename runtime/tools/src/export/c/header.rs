@@ -14,11 +14,14 @@ use super::text::{comment, signature};
 
 /// What a caller has to know, apart from names and units.
 fn contract(plan: &Plan<'_>) -> Vec<String> {
-    let mut lines = vec![
-        String::new(),
-        "An element of an observation that is not finite (NaN or infinite) counts as 0.".to_owned(),
-    ];
-    if plan.policy.front_end().is_some() {
+    let perceives = plan.policy.front_end().is_some();
+    let missing = if perceives && plan.policy.header().has_missing_values() {
+        "An element of an observation that is not finite (NaN or infinite) is missing: the policy's front end fills it in."
+    } else {
+        "An element of an observation that is not finite (NaN or infinite) counts as 0."
+    };
+    let mut lines = vec![String::new(), missing.to_owned()];
+    if perceives && !plan.policy.header().has_missing_values() {
         lines.push("An observation of nothing but zeros counts as missing.".to_owned());
     }
     lines.extend(

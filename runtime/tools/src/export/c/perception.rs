@@ -67,6 +67,54 @@ fn write_perceive(
         list(&floats(front_end.means)),
         list(&floats(front_end.scales))
     )?;
+    if header.has_missing_values() {
+        write_each(out, plan, front_end)
+    } else {
+        write_whole(out, plan, front_end)
+    }
+}
+
+/// The body for policies in which each element can be missing by itself.
+fn write_each(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    let (header, n) = (plan.policy.header(), plan.inputs);
+    writeln!(out, "    uint32_t counted = 0;")?;
+    if front_end.fallback == Fallback::Model {
+        let c = front_end.columns.len();
+        write_model_tables(out, plan, front_end)?;
+        writeln!(
+            out,
+            "    bool believing = false;\n    for (int k = 0; k < {c}; k++) believing = believing || !isfinite(observation[believed[k]]);"
+        )?;
+        writeln!(out, "    if (believing) {{")?;
+        let mut text = String::new();
+        write_sums(&mut text, plan, front_end)?;
+        writeln!(
+            text,
+            "    for (int q = 0; q < {c}; q++) {{\n        float *x = &self->perceived[believed[q]];\n        if (!isfinite(observation[believed[q]])) *x = perceptible(*x + sums[q]);\n    }}"
+        )?;
+        writeln!(
+            text,
+            "    counted = {};",
+            front_end.model_instructions(header)
+        )?;
+        for line in text.lines() {
+            writeln!(out, "    {line}")?;
+        }
+        writeln!(out, "    }}")?;
+    }
+    let missing = match front_end.fallback {
+        Fallback::Zero => " else {\n            self->perceived[k] = 0.0f;\n        }",
+        _ => "",
+    };
+    writeln!(
+        out,
+        "    for (int k = 0; k < {n}; k++) {{\n        if (isfinite(observation[k])) {{\n            self->perceived[k] = perceptible((observation[k] - means[k]) * scales[k]);\n            counted++;\n        }}{missing}\n    }}\n    return counted;\n}}"
+    )
+}
+
+/// The body for policies of versions 1 and 2: all elements are missing, or none is.
+fn write_whole(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    let (header, n) = (plan.policy.header(), plan.inputs);
     writeln!(
         out,
         "    bool blank = true;\n    for (int k = 0; k < {n}; k++) blank = blank && or_zero(observation[k]) == 0.0f;"
@@ -89,22 +137,40 @@ fn write_perceive(
     writeln!(
         out,
         "    return {};\n}}",
-        front_end.blank_instructions(header)
+        front_end.model_instructions(header)
     )
 }
 
+/// The statements that add what the model predicts to all believed columns.
 fn write_belief(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
-    let (columns, actions) = (plan.believed(), action_variables(plan.policy.header()));
-    let (c, v) = (columns.len(), columns.len() + actions);
+    write_model_tables(out, plan, front_end)?;
+    write_sums(out, plan, front_end)?;
+    writeln!(
+        out,
+        "    for (int q = 0; q < {}; q++) {{\n        float *x = &self->perceived[believed[q]];\n        *x = perceptible(*x + sums[q]);\n    }}",
+        front_end.columns.len()
+    )
+}
+
+/// The believed columns and the model's coefficients.
+fn write_model_tables(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    let columns = plan.believed();
     let numbers: Vec<String> = columns.iter().map(u16::to_string).collect();
     let coefficients = floats(front_end.coefficients);
     writeln!(
         out,
-        "    static const uint16_t believed[{c}] = {{ {} }};\n    static const float coefficients[{}] = {};",
+        "    static const uint16_t believed[{}] = {{ {} }};\n    static const float coefficients[{}] = {};",
+        columns.len(),
         numbers.join(", "),
         coefficients.len(),
         list(&coefficients)
-    )?;
+    )
+}
+
+/// The statements that compute the model's sums.
+fn write_sums(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    let actions = action_variables(plan.policy.header());
+    let (c, v) = (front_end.columns.len(), front_end.columns.len() + actions);
     writeln!(
         out,
         "    float v[{v}], sums[{c}];\n    const float *row = coefficients;"
@@ -140,9 +206,5 @@ fn write_belief(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> 
         }
         writeln!(out, "        }}")?;
     }
-    writeln!(out, "    }}")?;
-    writeln!(
-        out,
-        "    for (int q = 0; q < {c}; q++) {{\n        float *x = &self->perceived[believed[q]];\n        *x = perceptible(*x + sums[q]);\n    }}"
-    )
+    writeln!(out, "    }}")
 }

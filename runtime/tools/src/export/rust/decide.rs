@@ -26,9 +26,15 @@ const PERCEIVE: &str = "        let perceived = self.perception.perceive(observa
 
 pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     let header = plan.policy.header();
+    let filled = plan.policy.front_end().is_some() && header.has_missing_values();
     writeln!(
         out,
-        "\n    /// Chooses the action for an observation; its non-finite elements count as 0."
+        "\n    /// Chooses the action for an observation; {}.",
+        if filled {
+            "elements that are not finite are missing, and the front end fills them in"
+        } else {
+            "its non-finite elements count as 0"
+        }
     )?;
     writeln!(
         out,

@@ -55,6 +55,62 @@ pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result
         out,
         "    fn perceive(&mut self, observation: &[f32; INPUTS]) -> u32 {{"
     )?;
+    if header.has_missing_values() {
+        write_each(out, plan, &front_end)?;
+    } else {
+        write_whole(out, plan, &front_end)?;
+    }
+    writeln!(out, "    }}\n}}")
+}
+
+/// The body for policies in which each element can be missing by itself.
+fn write_each(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    writeln!(out, "        let mut instructions = 0;")?;
+    if front_end.fallback == Fallback::Model {
+        out.push_str(
+            "        let seen = |k: &usize| observation.get(*k).is_some_and(|o| o.is_finite());\n",
+        );
+        writeln!(out, "        if !BELIEVED.iter().all(seen) {{")?;
+        let mut text = String::new();
+        write_changes(&mut text, plan, front_end)?;
+        text.push_str(
+            "        for (k, change) in BELIEVED.iter().zip(sums).filter(|(k, _)| !seen(k)) {
+            if let Some(x) = self.x.get_mut(*k) {
+                *x = math::predict(*x, change);
+            }
+        }
+",
+        );
+        for line in text.lines() {
+            writeln!(out, "    {line}")?;
+        }
+        writeln!(
+            out,
+            "            instructions += {};\n        }}",
+            front_end.model_instructions(plan.policy.header())
+        )?;
+    }
+    out.push_str(
+        "        let scaling = MEANS.iter().zip(&SCALES);
+        for ((x, o), (mean, scale)) in self.x.iter_mut().zip(observation).zip(scaling) {
+            if o.is_finite() {
+                *x = math::standardise(*o, *mean, *scale);
+                instructions += 1;
+",
+    );
+    if front_end.fallback == Fallback::Zero {
+        writeln!(
+            out,
+            "            }} else {{\n                *x = 0.0;\n            }}"
+        )?;
+    } else {
+        writeln!(out, "            }}")?;
+    }
+    writeln!(out, "        }}\n        instructions")
+}
+
+/// The body for policies of versions 1 and 2: all elements are missing, or none is.
+fn write_whole(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
     writeln!(
         out,
         "        if !math::is_blank(observation) {{\n            let scaling = MEANS.iter().zip(&SCALES);"
@@ -68,11 +124,11 @@ pub(super) fn write_perception(out: &mut String, plan: &Plan<'_>) -> fmt::Result
         "                *x = math::standardise(*o, *mean, *scale);\n            }}\n            return {};\n        }}",
         front_end.visible_instructions()
     )?;
-    write_blank(out, plan, &front_end)?;
+    write_blank(out, plan, front_end)?;
     writeln!(
         out,
-        "        {}\n    }}\n}}",
-        front_end.blank_instructions(header)
+        "        {}",
+        front_end.model_instructions(plan.policy.header())
     )
 }
 
@@ -81,20 +137,25 @@ fn write_blank(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> f
         Fallback::Hold => Ok(()),
         Fallback::Zero => writeln!(out, "        self.x = [0.0; INPUTS];"),
         Fallback::Model => {
-            let variables = front_end.columns.len() + action_variables(plan.policy.header());
-            writeln!(out, "        let mut variables = [0.0; {variables}];")?;
-            out.push_str(BELIEVE);
-            writeln!(
-                out,
-                "        math::changes(&mut sums, &variables, {}, &COEFFICIENTS);",
-                front_end.degree
-            )?;
+            write_changes(out, plan, front_end)?;
             out.push_str(ADD);
             Ok(())
         }
         // The exporter handles every fallback of the runtime that it is built with.
         _ => Err(fmt::Error),
     }
+}
+
+/// The statements that compute the model's sums.
+fn write_changes(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fmt::Result {
+    let variables = front_end.columns.len() + action_variables(plan.policy.header());
+    writeln!(out, "        let mut variables = [0.0; {variables}];")?;
+    out.push_str(BELIEVE);
+    writeln!(
+        out,
+        "        math::changes(&mut sums, &variables, {}, &COEFFICIENTS);",
+        front_end.degree
+    )
 }
 
 const BELIEVE: &str =
