@@ -66,7 +66,8 @@ fn run_board<W: Width>(
     let policy = Policy::load(file).expect("a valid policy");
     let mut agent = Box::new(Roomy::<W>::new(policy).expect("it fits"));
     let flash = SimFlash::new(8192);
-    let mut session = Session::start(file, Some(flash), &mut agent, Rules::DEFAULT).expect("it fits");
+    let mut session =
+        Session::start(file, Some(flash), &mut agent, Rules::DEFAULT).expect("it fits");
     let mut noise = Generator::new(7);
     let (mut buffer, mut sent) = ([0; 64], 0);
     for mut line in lines {

@@ -184,19 +184,40 @@ fn the_command_makes_keys_signs_and_verifies() {
     assert_eq!(again.status.code(), Some(2), "{again:?}");
     let file = golden::path("champions/hopper-sr-sm-b23.tpg");
     let file = text(&file);
-    let report = tpg_json(&["sign", file, "--key", key, "--out", out, "--release", "3", "--json"]);
+    let report = tpg_json(&[
+        "sign",
+        file,
+        "--key",
+        key,
+        "--out",
+        out,
+        "--release",
+        "3",
+        "--json",
+    ]);
     assert_eq!(report["release"], 3);
     let report = tpg_json(&["sign", out, "--verify", public, "--json"]);
-    assert_eq!((&report["verified"], &report["release"]), (&true.into(), &3.into()));
+    assert_eq!(
+        (&report["verified"], &report["release"]),
+        (&true.into(), &3.into())
+    );
     for (arguments, status, said) in [
         (&["sign", file, "--verify", public][..], 3, "is not signed"),
         (&["sign", out, "--verify", key], 3, "no public key"),
-        (&["sign", file, "--key", public, "--out", out], 3, "no secret key"),
+        (
+            &["sign", file, "--key", public, "--out", out],
+            3,
+            "no secret key",
+        ),
         (&["sign", file, "--key", key], 2, "--out"),
         (&["sign", file], 2, "--key"),
     ] {
         let output = tpg(arguments);
-        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {output:?}");
+        assert_eq!(
+            output.status.code(),
+            Some(status),
+            "{arguments:?}: {output:?}"
+        );
         assert!(stderr(&output).contains(said), "{arguments:?}: {output:?}");
     }
 }

@@ -43,7 +43,9 @@ pub const fn public_key(text: &[u8]) -> tpg_runtime::signature::PublicKey {
     use tpg_runtime::signature::{PUBLIC_PREFIX, parse_key};
     match parse_key(text, PUBLIC_PREFIX) {
         Some(key) => key,
-        None => panic!("TPG_PUBLIC_KEY names no public key: `tpg keygen KEY` writes one to KEY.pub"),
+        None => {
+            panic!("TPG_PUBLIC_KEY names no public key: `tpg keygen KEY` writes one to KEY.pub")
+        }
     }
 }
 

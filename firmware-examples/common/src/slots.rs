@@ -18,8 +18,8 @@
 use core::ops::Range;
 
 pub use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use tpg_runtime::{Header, Policy};
 use tpg_runtime::wire::{Refusal, SlotState, checksum};
+use tpg_runtime::{Header, Policy};
 
 /// Flash memory that holds the two slots. Each slot takes one half. A program can read the memory in place.
 pub trait Flash: NorFlash {

@@ -17,7 +17,12 @@ pub(crate) struct Args {
     #[arg(value_name = "FILE.tpg")]
     file: PathBuf,
     /// Secret key to sign with, which `tpg keygen` wrote.
-    #[arg(long, value_name = "KEY", requires = "out", required_unless_present = "verify")]
+    #[arg(
+        long,
+        value_name = "KEY",
+        requires = "out",
+        required_unless_present = "verify"
+    )]
     key: Option<PathBuf>,
     /// Where to write the signed policy, in format version 3.
     #[arg(long, value_name = "OUT.tpg", requires = "key")]
@@ -40,7 +45,11 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     match (&args.key, &args.out, &args.verify) {
         (Some(key), Some(out), None) => make(args, &policy, key, out)?,
         (_, _, Some(key)) => check(args, &bytes, key)?,
-        _ => return Err(Failure::usage(anyhow::anyhow!("give --key and --out, or --verify"))),
+        _ => {
+            return Err(Failure::usage(anyhow::anyhow!(
+                "give --key and --out, or --verify"
+            )));
+        }
     }
     Ok(Status::Fine)
 }

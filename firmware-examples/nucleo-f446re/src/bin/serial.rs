@@ -22,7 +22,9 @@ const RULES: Rules = Rules {
     releases: false,
     // The feature `signature` refuses policies that the owner of this key did not sign.
     #[cfg(feature = "signature")]
-    key: Some(tpg_board::public_key(include_bytes!(env!("TPG_PUBLIC_KEY")))),
+    key: Some(tpg_board::public_key(include_bytes!(env!(
+        "TPG_PUBLIC_KEY"
+    )))),
     ..Rules::DEFAULT
 };
 

@@ -4,7 +4,11 @@
 
 use riscv_rt::entry;
 use semihosting::process::exit;
-use tpg_board::{ram::RamFlash, serial::{Rules, Session}, virt};
+use tpg_board::{
+    ram::RamFlash,
+    serial::{Rules, Session},
+    virt,
+};
 use tpg_runtime::{Agent, Capacities, Fixed, Policy};
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
@@ -15,7 +19,9 @@ const RULES: Rules = Rules {
     releases: false,
     // The feature `signature` refuses policies that the owner of this key did not sign.
     #[cfg(feature = "signature")]
-    key: Some(tpg_board::public_key(include_bytes!(env!("TPG_PUBLIC_KEY")))),
+    key: Some(tpg_board::public_key(include_bytes!(env!(
+        "TPG_PUBLIC_KEY"
+    )))),
     ..Rules::DEFAULT
 };
 
