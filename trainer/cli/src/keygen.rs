@@ -1,6 +1,6 @@
 //! `tpg keygen`
 
-use std::fs::OpenOptions;
+use std::fs::{OpenOptions, remove_file};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -25,8 +25,12 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     public.push(".pub");
     let public = PathBuf::from(public);
     let key = SecretKey::generate()?;
-    write_new(&public, &key.public_text(), false)?;
     write_new(&args.key, &key.text(), true)?;
+    if let Err(failure) = write_new(&public, &key.public_text(), false) {
+        // Half a pair is of no use, and would be in the way of the next attempt.
+        let _ = remove_file(&args.key);
+        return Err(failure);
+    }
     if args.json {
         print_json(&json!({ "secret": args.key, "public": public }))?;
     } else {
