@@ -7,6 +7,7 @@ use crate::interrupt;
 use crate::message::Role;
 use crate::note;
 use crate::run::RunName;
+use crate::watchdog::may_end_this_process;
 
 /// How long to wait for the other process.
 #[derive(Debug, Clone, Copy, clap::Args)]
@@ -107,11 +108,12 @@ pub struct LinkArgs {
 }
 
 impl LinkArgs {
-    /// Prepares the process to be asked to stop.
+    /// Prepares the process to be asked to stop, and to be ended where shared memory hangs.
     ///
     /// # Errors
     /// Those of [`interrupt::install`].
     pub fn prepare(&self) -> Result<(), BridgeError> {
+        may_end_this_process();
         interrupt::install()?;
         if self.attached {
             interrupt::follow_standard_input();

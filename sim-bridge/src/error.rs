@@ -43,6 +43,24 @@ pub enum BridgeError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The folder of the bridge's runs is not this user's alone.
+    #[error(
+        "cannot use the folder {path}: {problem}; remove it, or set XDG_RUNTIME_DIR to a folder of your own with mode 700"
+    )]
+    Folder {
+        /// The folder.
+        path: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A file has the name of the run's shared memory, but is not this user's, or no memory.
+    #[error(
+        "{path} is in the way, which this run did not make: remove it, or choose another --run"
+    )]
+    NotOurs {
+        /// The file.
+        path: String,
+    },
     /// iceoryx2 failed.
     #[error("shared memory failed to {action}")]
     Transport {
@@ -238,7 +256,11 @@ impl BridgeError {
     #[must_use]
     pub const fn status(&self) -> Status {
         match self {
-            Self::NoSpace { .. } | Self::Transport { .. } | Self::Signals(_) => Status::OurFault,
+            Self::NoSpace { .. }
+            | Self::Folder { .. }
+            | Self::NotOurs { .. }
+            | Self::Transport { .. }
+            | Self::Signals(_) => Status::OurFault,
             Self::RunName { .. } => Status::Usage,
             Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => Status::BadInput,
             Self::Taken { .. }

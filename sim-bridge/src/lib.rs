@@ -36,6 +36,7 @@ mod args;
 mod controller;
 mod domain;
 mod error;
+mod folder;
 mod handshake;
 mod hash;
 #[cfg(feature = "plant")]
@@ -59,6 +60,7 @@ mod timing;
 mod transport;
 #[cfg(feature = "plant")]
 pub mod update;
+mod watchdog;
 
 #[cfg(feature = "plant")]
 pub use args::{ControllerArgs, PaceArgs};
@@ -84,3 +86,4 @@ pub use timing::{Counts, Latency, Timing};
 pub use tpg_tasks::{console::note, exit_status::Status};
 #[cfg(feature = "plant")]
 pub use transport::Losses;
+pub use watchdog::may_end_this_process;

@@ -21,6 +21,7 @@ use crate::interrupt;
 use crate::message::Message;
 use crate::peer::Peer;
 use crate::run::{Presence, RunName};
+use crate::watchdog::Watchdog;
 
 /// Silence after which a wait looks whether the peer still lives.
 pub(crate) const LIVENESS_INTERVAL: Duration = Duration::from_millis(100);
@@ -50,6 +51,8 @@ pub struct Link<S: Message, R: Message> {
 impl<S: Message, R: Message> Link<S, R> {
     /// Joins a run and waits for its peer, in whatever order they start.
     ///
+    /// Some waits of the shared memory's library know no deadline. Where
+    /// [`may_end_this_process`](crate::may_end_this_process) was called, they end the process instead.
     ///
     /// # Errors
     /// Any [`BridgeError`] that concerns connecting.
@@ -60,8 +63,9 @@ impl<S: Message, R: Message> Link<S, R> {
     ) -> Result<Self, BridgeError> {
         let deadlines = deadlines.into();
         let start = Instant::now();
+        let watchdog = Watchdog::start(run, deadlines.answer);
         let presence = Presence::enter(run)?;
-        let node = domain::node(run, S::SENDER.name())?;
+        let node = domain::node(run, &presence.folder(), S::SENDER.name())?;
         let ours = create::<S>(&node, run, handshake)?;
         let publisher = ours
             .publisher_builder()
@@ -74,6 +78,7 @@ impl<S: Message, R: Message> Link<S, R> {
             if interrupt::requested() {
                 return Err(BridgeError::Interrupted);
             }
+            watchdog.feed();
             thread::sleep(CONNECT_INTERVAL);
             Ok(start.elapsed())
         };

@@ -4,7 +4,7 @@
 //! next process to start then removes the folder and what the run left in shared memory.
 
 use std::fmt;
-use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
+use std::fs::{self, DirBuilder, File, TryLockError};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _};
 use std::path::{Path, PathBuf};
@@ -13,6 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::error::BridgeError;
+use crate::folder;
 use crate::hash;
 
 /// Where Linux keeps shared memory; on other systems the folder does not exist, and nothing is removed by name.
@@ -35,11 +36,6 @@ impl RunName {
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         let nanos = now.map_or(0, |d| d.as_nanos());
         RunName(format!("{}-{nanos:x}", std::process::id()))
-    }
-
-    /// Folder of the run's files.
-    pub(crate) fn folder(&self) -> PathBuf {
-        base().join(&self.0)
     }
 
     /// First part of the name of everything that the run has in shared memory; as long for every run.
@@ -69,31 +65,37 @@ impl fmt::Display for RunName {
     }
 }
 
-/// The folder of all runs: one for each user, since another user's could not be written.
-fn base() -> PathBuf {
-    // Without /proc all users share one.
-    let user = fs::metadata("/proc/self").map_or(0, |m| m.uid());
-    PathBuf::from(format!("/tmp/tpg-bridge-{user}"))
+/// The run's files in shared memory, whoever made them.
+pub(crate) fn shared_files(run: &RunName) -> impl Iterator<Item = PathBuf> + use<> {
+    let prefix = run.prefix();
+    let files = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    let ours = move |name: &std::ffi::OsStr| name.as_encoded_bytes().starts_with(prefix.as_bytes());
+    files
+        .filter(move |file| ours(&file.file_name()))
+        .map(|file| file.path())
 }
 
 /// A process's membership of a run; the last process to leave removes the run's files.
 #[derive(Debug)]
 pub(crate) struct Presence {
     run: RunName,
+    base: PathBuf,
     lock: Option<File>,
 }
 
 impl Presence {
     /// Enters a run, after what dead processes left behind is removed.
     pub(crate) fn enter(run: &RunName) -> Result<Self, BridgeError> {
-        sweep();
+        let base = folder::base()?;
+        sweep_in(&base);
         let start = Instant::now();
         let failed = BridgeError::transport("enter the run's folder");
         loop {
-            match hold(&run.folder()) {
+            match hold(&base.join(&run.0)) {
                 Ok(Some(lock)) => {
                     return Ok(Presence {
                         run: run.clone(),
+                        base,
                         lock: Some(lock),
                     });
                 }
@@ -106,13 +108,18 @@ impl Presence {
             }
         }
     }
+
+    /// Folder of the run's files.
+    pub(crate) fn folder(&self) -> PathBuf {
+        self.base.join(&self.run.0)
+    }
 }
 
 impl Drop for Presence {
     fn drop(&mut self) {
         self.lock = None;
         // If another process is still in the run, or removal fails, a later start does it.
-        let _ = remove(&self.run);
+        let _ = remove(&self.base, &self.run);
     }
 }
 
@@ -123,7 +130,7 @@ fn hold(folder: &Path) -> io::Result<Option<File>> {
         .mode(0o700)
         .create(folder)?;
     let path = folder.join(LOCK);
-    let file = match OpenOptions::new().create(true).append(true).open(&path) {
+    let file = match folder::options().create(true).append(true).open(&path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         opened => opened?,
     };
@@ -140,39 +147,42 @@ fn hold(folder: &Path) -> io::Result<Option<File>> {
 
 /// Removes what dead runs left behind; a run is dead when all its processes are.
 pub fn sweep() {
+    // A folder that is not this user's alone has nothing of ours.
+    if let Ok(base) = folder::base() {
+        sweep_in(&base);
+    }
+}
+
+fn sweep_in(base: &Path) {
     // What cannot be removed now is tried again at the next start.
-    let Ok(folders) = fs::read_dir(base()) else {
+    let Ok(folders) = fs::read_dir(base) else {
         return;
     };
     for name in folders.filter_map(|folder| folder.ok()?.file_name().into_string().ok()) {
         if name.starts_with(REMOVED) {
-            let _ = fs::remove_dir_all(base().join(name));
+            let _ = fs::remove_dir_all(base.join(name));
         } else if let Ok(run) = name.parse() {
-            let _ = remove(&run);
+            let _ = remove(base, &run);
         }
     }
 }
 
 /// Removes a run's files, if nobody is in it.
-fn remove(run: &RunName) -> io::Result<()> {
-    let folder = run.folder();
+fn remove(base: &Path, run: &RunName) -> io::Result<()> {
+    let folder = base.join(&run.0);
     let path = folder.join(LOCK);
-    let lock = OpenOptions::new().create(true).append(true).open(path)?;
+    let lock = folder::options().create(true).append(true).open(path)?;
     if lock.try_lock().is_err() {
         return Ok(());
     }
-    let prefix = run.prefix();
-    for file in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        if file
-            .file_name()
-            .as_encoded_bytes()
-            .starts_with(prefix.as_bytes())
-        {
-            fs::remove_file(file.path())?;
+    for file in shared_files(run) {
+        // Another user's file is theirs to remove.
+        if folder::is_ours(&file)? {
+            fs::remove_file(file)?;
         }
     }
     // Renamed first, so that a folder which another process makes under the old name meanwhile is not touched.
-    let removed = base().join(format!("{REMOVED}{run}-{}", std::process::id()));
+    let removed = base.join(format!("{REMOVED}{run}-{}", std::process::id()));
     fs::rename(&folder, &removed)?;
     fs::remove_dir_all(removed)
 }
@@ -181,10 +191,14 @@ fn remove(run: &RunName) -> io::Result<()> {
 mod tests {
     use super::*;
 
+    fn folder(run: &RunName) -> PathBuf {
+        folder::base().unwrap().join(&run.0)
+    }
+
     /// Waits until a run's folder is gone: another process's sweep may be at it at this very moment.
     fn assert_removed(run: &RunName) {
         let start = Instant::now();
-        while run.folder().exists() {
+        while folder(run).exists() {
             assert!(start.elapsed() < Duration::from_secs(60), "{run} is left");
             thread::sleep(Duration::from_millis(1));
         }
@@ -218,7 +232,7 @@ mod tests {
         let other = Presence::enter(&run).unwrap();
         sweep();
         drop(one);
-        assert!(run.folder().is_dir());
+        assert!(folder(&run).is_dir());
         drop(other);
         assert_removed(&run);
     }
@@ -227,11 +241,11 @@ mod tests {
     fn abandoned_runs_are_swept() {
         let run = RunName::unique();
         let mut presence = Presence::enter(&run).unwrap();
-        fs::create_dir_all(run.folder().join("nodes/1")).unwrap();
+        fs::create_dir_all(folder(&run).join("nodes/1")).unwrap();
         let shared = Path::new(SHARED_MEMORY).join(format!("{}x", run.prefix()));
         let has_shared_memory = fs::write(&shared, "x").is_ok();
         sweep();
-        assert!(run.folder().exists());
+        assert!(folder(&run).exists());
         // A process that dies gives up its lock and nothing else.
         presence.lock = None;
         std::mem::forget(presence);

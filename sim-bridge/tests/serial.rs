@@ -10,14 +10,14 @@ use std::ops::Range;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
 use support::{Folder, Process, WATCHDOG, policy};
 use tpg_board::serial::{Rules, Session};
 use tpg_board::sim::SimFlash;
 use tpg_board::trial::Generator;
-use tpg_runtime::wire::SlotState;
+use tpg_runtime::wire::{self, Answer, Frame, Receiver, Request, SlotState};
 use tpg_runtime::{Agent, HostAgent, Policy, Reset, Width};
 use tpg_sim_bridge::RemoteController;
 use tpg_sim_bridge::serial::{SerialPath, Updater};
@@ -239,6 +239,85 @@ impl Write for Patient {
     fn flush(&mut self) -> std::io::Result<()> {
         self.0.flush()
     }
+}
+
+/// A board that sends without end and without a zero byte, so that no frame ever ends.
+#[test]
+fn a_flood_does_not_stretch_the_timeout() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("flood.sock");
+    let listener = UnixListener::bind(&path).expect("a socket");
+    thread::spawn(move || {
+        let mut line: UnixStream = listener.accept().expect("a host").0;
+        while line.write_all(&[0x55; 65_536]).is_ok() {}
+    });
+    let place = format!("serial:{}", path.display())
+        .parse()
+        .expect("a path");
+    let start = Instant::now();
+    let error = connect(&policy::hopper(), &place, Duration::from_millis(1200));
+    let error = error.expect_err("no answer");
+    let waited = error
+        .split("answered for ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    let waited: u64 = waited.expect("a time").parse().expect("a number");
+    // The error's own time leaves out what the machine takes to end; both stay far below what a flood once took.
+    assert!((1200..1700).contains(&waited), "{error}");
+    assert!(
+        start.elapsed() < Duration::from_millis(2500),
+        "{:?}",
+        start.elapsed()
+    );
+}
+
+/// What a board says to a request of a number, by name.
+fn ask(
+    session: &mut Session<SimFlash>,
+    agent: &mut Roomy<tpg_runtime::Fixed<1>>,
+    seq: u32,
+    message: Request<'_>,
+) -> Option<(u32, String)> {
+    let mut frame = [0; 256];
+    let len = wire::write(&Frame { seq, message }, &mut frame).expect("it fits");
+    let mut answered = None;
+    let mut receiver = Receiver::<1024>::new();
+    for byte in &frame[..len] {
+        for byte in session.take(agent, *byte).to_vec() {
+            if let Some(frame) = receiver.push::<Answer<'_>>(byte) {
+                answered = Some((frame.seq, format!("{:?}", frame.message)));
+            }
+        }
+    }
+    answered
+}
+
+#[test]
+fn no_number_makes_a_board_deaf() {
+    let file: &'static [u8] = policy::cartpole(1).leak();
+    let policy = Policy::load(file).expect("valid");
+    let mut agent = Box::new(Roomy::new(policy).expect("it fits"));
+    let flash = Some(SimFlash::new(8192));
+    let mut session = Session::start(file, flash, &mut agent).expect("it fits");
+    let mut reset = |seq| {
+        let request = Request::Reset {
+            agent: true,
+            seed: 1,
+        };
+        ask(&mut session, &mut agent, seq, request)
+    };
+    let ready = |seq| Some((seq, "Ready".to_string()));
+    assert_eq!(reset(100), ready(100));
+    assert_eq!(reset(u32::MAX), ready(u32::MAX));
+    // The conversation goes on, as does one whose numbers begin again.
+    assert_eq!(reset(1000), ready(1000));
+    for seq in [u32::MAX - 1, u32::MAX, 0, 1, 2] {
+        assert_eq!(reset(seq), ready(seq), "{seq}");
+    }
+    // The last request is answered again, an older one is a late duplicate.
+    assert_eq!(reset(2), ready(2));
+    assert_eq!(reset(1), None);
+    assert_eq!(reset(3), ready(3));
 }
 
 #[test]

@@ -271,7 +271,7 @@ fn a_policy_for_another_robot_is_refused_forced_and_reverted() {
 #[test]
 fn the_contract_is_read_in_parts() {
     let mut board = Board::start(&SimFlash::new(FLASH));
-    let mut expected = Vec::new();
+    let mut expected: Vec<u8> = Vec::new();
     let policy = Policy::load(BUILT_IN).expect("valid");
     let labels = policy.tables().labels;
     contract_bytes(policy.header(), labels, |part| expected.extend(part));

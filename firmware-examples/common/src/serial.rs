@@ -16,6 +16,12 @@ const FRAME: usize = 512 + OVERHEAD;
 /// Number of good periods after which a new policy is confirmed, unless the application says otherwise.
 pub const GOOD_PERIODS: u32 = 100;
 
+/// How many numbers below the last one are those of late duplicates.
+///
+/// A line keeps the order of frames, so few are enough. Any other number is a new request, so that no number of a frame
+/// can make the board deaf to the requests after it.
+const LATE: u32 = 16;
+
 /// What the firmware demands of a new policy, and when it confirms one.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
@@ -186,7 +192,7 @@ impl<F: Flash> Session<F> {
         };
         let due = match (message, self.last) {
             (Request::Hello, _) | (_, None) => true,
-            (_, Some(last)) => seq > last,
+            (_, Some(last)) => last.wrapping_sub(seq) > LATE,
         };
         // The host repeats its last request if the answer was lost, so send that answer again. An older request is a
         // duplicate and gets no answer.

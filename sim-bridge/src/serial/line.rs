@@ -16,6 +16,8 @@ use crate::transport::Losses;
 const FRAME: usize = 4 * MAX_OBSERVATION + OVERHEAD;
 /// Time without an answer after which a request is sent again.
 const RESEND_AFTER: Duration = Duration::from_millis(250);
+/// Most reads in one look for answers. More may lie on the line, but whoever waits must see to its deadline first.
+const READS: usize = 16;
 /// Time after which a wait no longer takes a whole processor.
 const EAGER: Duration = Duration::from_micros(200);
 /// Time between two looks from then on.
@@ -138,7 +140,7 @@ impl Line {
             self.look(waited)?;
             if waited >= resend_at {
                 self.losses.resent += 1;
-                self.transmit()?;
+                self.transmit(self.timeout.saturating_sub(waited))?;
                 resend_at = waited + RESEND_AFTER;
             }
             if waited < EAGER {
@@ -149,12 +151,12 @@ impl Line {
         }
     }
 
-    /// Offers `take` every answer that has come, until it takes one.
+    /// Offers `take` what answers have come, until it takes one. Leaves the rest of a flood for the next time.
     pub(super) fn poll<T>(
         &mut self,
         take: &impl Fn(u32, Answer<'_>) -> Option<T>,
     ) -> Result<Option<T>, BridgeError> {
-        loop {
+        for _ in 0..=READS {
             for at in self.unread.clone() {
                 self.unread.start = at + 1;
                 if let Some(frame) = self.receiver.push::<Answer<'_>>(self.read[at])
@@ -169,6 +171,7 @@ impl Line {
             }
             self.unread = 0..len;
         }
+        Ok(None)
     }
 
     /// Sends a request with the next number.
@@ -180,7 +183,7 @@ impl Line {
         };
         self.frame_len = wire::write(&frame, &mut self.frame)
             .map_err(BridgeError::transport("frame a request"))?;
-        self.transmit()
+        self.transmit(self.timeout)
     }
 
     /// An error if the board has been silent for too long.
@@ -236,8 +239,9 @@ impl Line {
         }
     }
 
-    fn transmit(&mut self) -> Result<(), BridgeError> {
-        let deadline = Instant::now() + self.timeout.min(RESEND_AFTER);
+    /// Sends the last request, within what is `left` of the timeout.
+    fn transmit(&mut self, left: Duration) -> Result<(), BridgeError> {
+        let deadline = Instant::now() + left.min(RESEND_AFTER);
         self.port.write(&self.frame[..self.frame_len], deadline)
     }
 }

@@ -46,9 +46,12 @@ pub struct End {
 
 impl Process {
     pub fn start(program: &str, file: &Path, arguments: &[&str]) -> Self {
-        let mut child = Command::new(program)
-            .arg(file)
-            .args(arguments)
+        Self::spawn(Command::new(program).arg(file).args(arguments))
+    }
+
+    /// Starts a prepared command.
+    pub fn spawn(command: &mut Command) -> Self {
+        let mut child = command
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -11,19 +11,10 @@ use super::Registers;
 /// The constants of some registers or slots: scalars first, then vectors, then matrices, each kind by its numbers.
 ///
 /// Clones share them until they change.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Constants {
     registers: Registers,
     values: Arc<[f32]>,
-}
-
-impl Default for Constants {
-    fn default() -> Self {
-        Constants {
-            registers: Registers::default(),
-            values: Arc::default(),
-        }
-    }
 }
 
 impl Constants {

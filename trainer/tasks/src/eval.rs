@@ -10,8 +10,10 @@ mod shaping;
 
 pub use ablation::{CountingWinners, Forgetful, MostUsed};
 pub use baseline::{ConstantController, RandomController};
-pub use disturb::Disturbed;
-pub use disturbance::{Direction, DisturbError, Disturbance, Effect, MAX_DELAY};
+pub use disturb::{Disturbed, Link};
+pub use disturbance::{
+    Direction, DisturbError, Disturbance, Effect, Fault, MAX_DELAY, Probability, Which, Window,
+};
 pub use rollout::{Arena, Conditions, Controller, Episode, EvaluationError, Reply, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};
 pub use shaping::Shaping;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use tpg_runtime::{Header, Policy};
 
-use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, episode_seed};
+use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, Link, episode_seed};
 use crate::exit_status::{Failure, Fault as _};
 use crate::stats;
 use crate::task::{
@@ -32,8 +32,9 @@ pub struct ScoreArgs {
     /// What the policy sees: none, velocities-removed, blackout:2/3; may be repeated. Default: as evolved.
     #[cfg_attr(feature = "clap", arg(long, value_name = "WRAPPER"))]
     pub observability: Vec<String>,
-    /// Disturb the link: delay:2, loss:1/10, noise:0.01, quantise:0.001; `action:` before it disturbs actions; may
-    /// be repeated, applied in order.
+    /// Disturb the link: delay:2, loss:1/10, noise:0.01, quantise:0.001; for one channel, by number or name: drop:3:1/10,
+    /// nan:3:1/10, stuck:3, bias:3:0.1, noise:3:0.01. `action:` before it disturbs actions; "at 2.0s stuck:3 for 0.5s" says
+    /// when. May be repeated, applied in order.
     #[cfg_attr(feature = "clap", arg(long, value_name = "WRAPPER"))]
     pub disturb: Vec<Disturbance>,
     /// Whether the robot differs from episode to episode as the table randomize of the task's file says.
@@ -115,13 +116,9 @@ impl ScoreArgs {
         let wrappers =
             Wrappers::new(&observability, task.spec()).or_usage("bad --observability")?;
         check_fit(policy.header(), task.spec(), wrappers.inputs().len())?;
-        let Spec {
-            name: task,
-            actions,
-            ..
-        } = task.spec().clone();
-        Disturbed::new((), &self.disturb, wrappers.inputs().len(), actions)
+        Disturbed::new((), &self.disturb, &link(task.spec(), &wrappers))
             .or_usage("bad --disturb")?;
+        let task = task.spec().name.clone();
         Ok(Setup {
             file,
             task,
@@ -195,8 +192,8 @@ impl Setup {
     /// # Errors
     /// A [`Failure`] if a disturbance does not fit the task's actions.
     pub fn disturbed<C>(&self, arena: &Arena, controller: C) -> Result<Disturbed<C>, Failure> {
-        let (seen, actions) = (arena.wrappers().inputs().len(), arena.task().spec().actions);
-        Disturbed::new(controller, &self.disturb, seen, actions).or_usage("bad --disturb")
+        let link = link(arena.task().spec(), arena.wrappers());
+        Disturbed::new(controller, &self.disturb, &link).or_usage("bad --disturb")
     }
 
     /// The seeds of the episodes, in order.
@@ -230,6 +227,16 @@ impl Setup {
             unstable: episodes.iter().filter(|e| e.unstable).count(),
             returns,
         }
+    }
+}
+
+/// What the link to a policy carries.
+fn link<'a>(spec: &'a Spec, wrappers: &'a Wrappers) -> Link<'a> {
+    Link {
+        inputs: wrappers.inputs(),
+        outputs: &spec.outputs,
+        actions: spec.actions,
+        period_us: spec.period_us,
     }
 }
 

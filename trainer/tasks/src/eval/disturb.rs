@@ -2,12 +2,29 @@
 //!
 //! `tpg eval` and `tpg hil` put the same wrapper around their controllers, so that the same seed gives the same bits.
 
+use std::ops::Range;
+
 use tpg_runtime::rng::mix64;
 use tpg_runtime::{Action, Reset};
 
-use super::disturbance::{Direction, DisturbError, Disturbance, Effect};
+use super::disturbance::{
+    Direction, DisturbError, Disturbance, Effect, Fault, Probability, Which, Window,
+};
 use super::{Controller, Reply};
-use crate::task::{ActionSpace, MISSING, Rng, round, words_of};
+use crate::task::{ActionSpace, Channel, MISSING, Rng, round, words_of};
+
+/// What a link carries, which its disturbances have to fit.
+#[derive(Debug, Clone, Copy)]
+pub struct Link<'a> {
+    /// The elements of the observation that the policy sees.
+    pub inputs: &'a [Channel],
+    /// The outputs of the policy.
+    pub outputs: &'a [Channel],
+    /// The actions that the task accepts.
+    pub actions: ActionSpace,
+    /// Time between two frames, in microseconds.
+    pub period_us: u32,
+}
 
 /// A controller behind a link with disturbances, each applied to what the one before it delivered.
 ///
@@ -28,13 +45,14 @@ impl<C> Disturbed<C> {
     /// Puts a controller behind disturbances; an empty list changes nothing.
     ///
     /// # Errors
-    /// [`DisturbError::Discrete`] for noise or quantisation of the index of an action.
+    /// [`DisturbError::Discrete`] for more than a delay or a loss of the index of an action, [`DisturbError::NoSuchChannel`]
+    /// for a channel that the link does not have.
     pub fn new(
         inner: C,
         disturbances: &[Disturbance],
-        observation_len: usize,
-        actions: ActionSpace,
+        link: &Link<'_>,
     ) -> Result<Self, DisturbError> {
+        let (actions, observation_len) = (link.actions, link.inputs.len());
         // The index of a discrete action fits a float exactly.
         let (action_len, idle) = match actions {
             ActionSpace::Discrete(_) => (1, 0.0),
@@ -42,21 +60,29 @@ impl<C> Disturbed<C> {
         };
         let (mut observation_stages, mut action_stages) = (Vec::new(), Vec::new());
         for (position, disturbance) in disturbances.iter().enumerate() {
-            let effect = disturbance.effect;
-            match disturbance.direction {
+            let Disturbance {
+                direction, effect, ..
+            } = disturbance;
+            let whole = matches!(effect, Effect::Delay(_) | Effect::Loss(_));
+            if *direction == Direction::Action
+                && matches!(actions, ActionSpace::Discrete(_))
+                && !whole
+            {
+                return Err(DisturbError::Discrete(disturbance.to_string()));
+            }
+            let (channels, len, lost, stages) = match direction {
                 Direction::Observation => {
                     let lost = Lost::Missing;
-                    observation_stages.push(Stage::new(effect, position, observation_len, lost));
+                    (link.inputs, observation_len, lost, &mut observation_stages)
                 }
                 Direction::Action => {
-                    let whole = matches!(effect, Effect::Delay(_) | Effect::Loss { .. });
-                    if matches!(actions, ActionSpace::Discrete(_)) && !whole {
-                        return Err(DisturbError::Discrete(disturbance.to_string()));
-                    }
                     let lost = Lost::Last { idle };
-                    action_stages.push(Stage::new(effect, position, action_len, lost));
+                    (link.outputs, action_len, lost, &mut action_stages)
                 }
-            }
+            };
+            let happening = Happening::new(disturbance, channels)?;
+            let steps = steps(disturbance.window, link.period_us);
+            stages.push(Stage::new(happening, steps, position, len, lost));
         }
         Ok(Disturbed {
             inner,
@@ -150,42 +176,100 @@ enum Lost {
     },
 }
 
+/// What a disturbance does, with everything looked up.
+#[derive(Debug, Clone, Copy)]
+enum Happening {
+    /// Steps.
+    Delay(usize),
+    /// The words that stand for a loss: those below.
+    Loss(u128),
+    Noise(f64),
+    Quantise(f64),
+    /// The number of the value.
+    Channel(usize, Fault),
+}
+
+impl Happening {
+    fn new(disturbance: &Disturbance, channels: &[Channel]) -> Result<Self, DisturbError> {
+        Ok(match &disturbance.effect {
+            Effect::Delay(steps) => Self::Delay(*steps as usize),
+            Effect::Loss(probability) => Self::Loss(threshold(*probability)),
+            Effect::Noise(sd) => Self::Noise(*sd),
+            Effect::Quantise(step) => Self::Quantise(*step),
+            Effect::Channel(which, fault) => {
+                let index = match which {
+                    Which::Index(index) => Some(*index).filter(|index| *index < channels.len()),
+                    Which::Name(name) => channels.iter().position(|c| c.name == *name),
+                };
+                let Some(index) = index else {
+                    let known = channels.iter().enumerate();
+                    let known: Vec<_> = known.map(|(k, c)| format!("{k} {}", c.name)).collect();
+                    return Err(DisturbError::NoSuchChannel {
+                        text: disturbance.to_string(),
+                        known: known.join(", "),
+                    });
+                };
+                Self::Channel(index, *fault)
+            }
+        })
+    }
+}
+
+/// The words that stand for an event: those below.
+fn threshold(probability: Probability) -> u128 {
+    words_of(probability.numerator, probability.denominator)
+}
+
+/// The steps of an episode in which a disturbance acts. Seconds are rounded to the nearest step.
+fn steps(window: Option<Window>, period_us: u32) -> Range<usize> {
+    let Some(Window { start, length }) = window else {
+        return 0..usize::MAX;
+    };
+    let step = |seconds: f64| (seconds * 1e6 / f64::from(period_us.max(1))).round() as usize;
+    step(start)..step(start + length)
+}
+
 /// The state of one disturbance during an episode.
 #[derive(Debug, Clone)]
 struct Stage {
-    effect: Effect,
+    happening: Happening,
+    /// The steps in which it acts.
+    active: Range<usize>,
     position: u64,
     lost: Lost,
     rng: Rng,
     /// The frame that stands for a lost one.
     last: Vec<f32>,
+    /// Whether the value that is stuck is known.
+    held: bool,
     /// Frames under way, as a ring.
     under_way: Vec<f32>,
     /// Steps since the episode began.
     steps: usize,
-    /// For a loss, the words that stand for it: those below.
-    threshold: u128,
 }
 
 impl Stage {
-    fn new(effect: Effect, position: usize, len: usize, lost: Lost) -> Self {
-        let (delay, threshold) = match effect {
-            Effect::Delay(steps) => (steps as usize, 0),
-            Effect::Loss {
-                numerator,
-                denominator,
-            } => (0, words_of(numerator, denominator)),
-            Effect::Noise(_) | Effect::Quantise(_) => (0, 0),
+    fn new(
+        happening: Happening,
+        active: Range<usize>,
+        position: usize,
+        len: usize,
+        lost: Lost,
+    ) -> Self {
+        let delay = match happening {
+            Happening::Delay(steps) => steps,
+            _ => 0,
         };
         let mut stage = Stage {
-            effect,
+            happening,
+            active,
             position: position as u64,
             lost,
             rng: Rng::new(0),
             last: vec![0.0; len],
+            held: false,
             under_way: vec![0.0; len * delay],
             steps: 0,
-            threshold,
         };
         stage.reset(0);
         stage
@@ -194,36 +278,83 @@ impl Stage {
     fn reset(&mut self, wrapper_seed: u64) {
         self.rng = Rng::new(mix64(&[wrapper_seed, self.position]));
         self.steps = 0;
+        self.held = false;
         self.last.fill(match self.lost {
             Lost::Missing => MISSING,
             Lost::Last { idle } => idle,
         });
     }
 
+    /// Random numbers are drawn in every step, so that they do not depend on when the disturbance acts.
     fn apply(&mut self, frame: &mut [f32]) {
-        match self.effect {
-            Effect::Delay(delay) => self.delay(delay as usize, frame),
-            Effect::Loss { .. } => {
-                // The word is drawn whether or not a frame is lost.
-                if u128::from(self.rng.word()) < self.threshold {
+        let active = self.active.contains(&self.steps);
+        match self.happening {
+            Happening::Delay(delay) => self.delay(delay, frame),
+            Happening::Loss(threshold) => {
+                if u128::from(self.rng.word()) < threshold && active {
                     copy(&self.last, frame);
                 } else if matches!(self.lost, Lost::Last { .. }) {
                     copy(frame, &mut self.last);
                 }
             }
-            Effect::Noise(sd) => {
+            Happening::Noise(sd) => {
                 for value in frame {
                     // The number is drawn for a missing element too, which stays missing.
-                    *value = rounded(f64::from(*value) + sd * self.rng.normal());
+                    let noise = sd * self.rng.normal();
+                    if active {
+                        *value = rounded(f64::from(*value) + noise);
+                    }
                 }
             }
-            Effect::Quantise(step) => {
-                for value in frame {
+            Happening::Quantise(step) => {
+                for value in frame.iter_mut().filter(|_| active) {
                     *value = rounded((f64::from(*value) / step).round() * step);
+                }
+            }
+            Happening::Channel(index, fault) => {
+                if let Some(value) = frame.get_mut(index) {
+                    self.fault(index, fault, active, value);
                 }
             }
         }
         self.steps += 1;
+    }
+
+    /// Disturbs one value.
+    fn fault(&mut self, index: usize, fault: Fault, active: bool, value: &mut f32) {
+        let arrived = *value;
+        match fault {
+            Fault::Drop(probability) => {
+                let dropped = u128::from(self.rng.word()) < threshold(probability) && active;
+                if dropped && !arrived.is_nan() {
+                    *value = self.last.get(index).copied().unwrap_or(MISSING);
+                    return;
+                }
+            }
+            Fault::Nan(probability) => {
+                if u128::from(self.rng.word()) < threshold(probability) && active {
+                    *value = MISSING;
+                }
+            }
+            Fault::Stuck => {
+                if active && self.held && !arrived.is_nan() {
+                    *value = self.last.get(index).copied().unwrap_or(MISSING);
+                    return;
+                }
+                self.held = active && (self.held || !arrived.is_nan());
+            }
+            Fault::Bias(x) if active => *value = rounded(f64::from(arrived) + x),
+            Fault::Bias(_) => {}
+            Fault::Noise(sd) => {
+                let noise = sd * self.rng.normal();
+                if active {
+                    *value = rounded(f64::from(arrived) + noise);
+                }
+            }
+        }
+        if let Some(last) = self.last.get_mut(index).filter(|_| !arrived.is_nan()) {
+            *last = arrived;
+        }
     }
 
     fn delay(&mut self, delay: usize, frame: &mut [f32]) {

@@ -48,7 +48,19 @@ fn disturbed(discrete: bool, texts: &[&str]) -> Result<Disturbed<Echo>, DisturbE
         discrete,
         seen: Vec::new(),
     };
-    let mut disturbed = Disturbed::new(echo, &list, 2, actions)?;
+    let channel = |name: &str| Channel {
+        name: name.into(),
+        unit: "m".into(),
+        velocity: false,
+    };
+    let channels = ["x", "y"].map(channel);
+    let link = Link {
+        inputs: &channels,
+        outputs: &channels[..if discrete { 1 } else { 2 }],
+        actions,
+        period_us: 100_000,
+    };
+    let mut disturbed = Disturbed::new(echo, &list, &link)?;
     disturbed.seed_wrappers(1);
     Ok(disturbed)
 }
@@ -101,7 +113,7 @@ fn delays_add_up_and_begin_anew_with_each_episode() {
 }
 
 #[test]
-fn lost_observations_are_zeros_and_lost_actions_repeat_the_last() {
+fn lost_observations_are_missing_and_lost_actions_repeat_the_last() {
     let mut link = disturbed(true, &["loss:1/3"]).unwrap();
     let (seen, _) = counted(&mut link, 500);
     assert!(
@@ -136,7 +148,8 @@ fn frames_are_lost_exactly_where_the_stream_says() {
         for _ in 0..STEPS {
             let (seen, _) = step(&mut link, [1.0, 1.0]);
             let expected = rng.word() as f64 / 2f64.powi(64) < p;
-            assert_eq!(bits(&seen), bits(&[f32::from(!expected); 2]));
+            let wanted = if expected { MISSING } else { 1.0 };
+            assert_eq!(bits(&seen), bits(&[wanted; 2]));
             lost += u32::from(expected);
         }
         // Five standard deviations of a binomial number; none at all for 0 and 1.
@@ -162,20 +175,94 @@ fn order_of_the_stack_is_the_order_given() {
         [3.3, 3.3],
     );
     assert!(seen.iter().all(|v| multiple(&v.abs())), "{seen:?}");
-    // A frame lost before noise carries the noise alone, one lost after it nothing.
-    let (seen, _) = step(
-        &mut disturbed(false, &["loss:1/1", "noise:0.1"]).unwrap(),
-        [3.3, 3.3],
+}
+
+#[test]
+fn what_is_missing_stays_missing() {
+    let after = [
+        "noise:0.1",
+        "quantise:0.5",
+        "noise:1:2",
+        "bias:x:3",
+        "stuck:y",
+        "drop:0:1/1",
+    ];
+    for before in ["loss:1/1", "delay:1"] {
+        for text in after {
+            let (seen, _) = step(&mut disturbed(false, &[before, text]).unwrap(), [3.3, 3.3]);
+            assert_eq!(bits(&seen), bits(&[MISSING; 2]), "{before} {text}");
+        }
+    }
+}
+
+/// The values of the first channel that are seen, of observations that count the steps from 1.
+fn seen_of(texts: &[&str], steps: u16) -> Vec<f32> {
+    let mut link = disturbed(false, texts).unwrap();
+    (1..=steps)
+        .map(|k| step(&mut link, [f32::from(k), -1.0]).0[0])
+        .collect()
+}
+
+#[test]
+fn each_fault_disturbs_its_channel_alone() {
+    assert_eq!(seen_of(&["stuck:x"], 4), [1.0; 4]);
+    assert_eq!(seen_of(&["stuck:1"], 3), [1.0, 2.0, 3.0]);
+    assert_eq!(seen_of(&["bias:0:-0.5"], 3), [0.5, 1.5, 2.5]);
+    assert!(seen_of(&["nan:x:1/1"], 3).iter().all(|x| x.is_nan()));
+    assert_eq!(seen_of(&["nan:x:0/1", "nan:y:1/1"], 3), [1.0, 2.0, 3.0]);
+    // Nothing has arrived before a first value that is dropped.
+    assert!(seen_of(&["drop:0:1/1"], 3).iter().all(|x| x.is_nan()));
+    let dropped = seen_of(&["drop:0:1/2"], 200);
+    let mut last = f32::NAN;
+    let mut again = 0;
+    for (k, x) in (1u16..).zip(&dropped) {
+        if x.to_bits() == f32::from(k).to_bits() {
+            last = *x;
+        } else {
+            assert_eq!(x.to_bits(), last.to_bits(), "step {k}");
+            again += 1;
+        }
+    }
+    assert!((70..130).contains(&again), "{again} of 200");
+    let mut link = disturbed(false, &["noise:1:0.5"]).unwrap();
+    let (seen, _) = step(&mut link, [3.3, 3.3]);
+    assert_eq!(seen[0].to_bits(), 3.3f32.to_bits());
+    assert_ne!(seen[1].to_bits(), 3.3f32.to_bits());
+    // Actions have channels too.
+    let mut link = disturbed(false, &["action:stuck:x", "action:bias:y:0.25"]).unwrap();
+    let told: Vec<Vec<f32>> = [1.0, 2.0].map(|x| step(&mut link, [x, x]).1).into();
+    assert_eq!(told, [[1.0, 1.25], [1.0, 2.25]]);
+}
+
+/// A step takes 0.1 s.
+#[test]
+fn a_script_says_when() {
+    let script = ["at 0.2s stuck:x for 0.3s", "at 0.7s bias:x:100 for 0.1s"];
+    let seen = [1.0, 2.0, 3.0, 3.0, 3.0, 6.0, 7.0, 108.0, 9.0];
+    assert_eq!(seen_of(&script, 9), seen);
+    let lost = seen_of(&["at 0.1s loss:1/1 for 0.2s"], 4);
+    assert_eq!(
+        lost.iter().map(|x| x.is_nan()).collect::<Vec<_>>(),
+        [false, true, true, false]
     );
-    assert!(
-        seen.iter().all(|v| v.abs() > 0.0 && v.abs() < 1.0),
-        "{seen:?}"
-    );
-    let (seen, _) = step(
-        &mut disturbed(false, &["noise:0.1", "loss:1/1"]).unwrap(),
-        [3.3, 3.3],
-    );
-    assert_eq!(bits(&seen), [0, 0]);
+    // A missing value is not what sticks.
+    let after_loss = seen_of(&["at 0s loss:1/1 for 0.2s", "stuck:x"], 5);
+    assert!(after_loss[..2].iter().all(|x| x.is_nan()));
+    assert_eq!(after_loss[2..], [3.0; 3]);
+    // What happens elsewhere in time changes no random number.
+    let whole = seen_of(&["noise:1"], 6);
+    let part = seen_of(&["at 0.3s noise:1 for 1s"], 6);
+    assert_eq!(bits(&part[3..]), bits(&whole[3..]));
+    assert_eq!(part[..3], [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn channels_that_do_not_exist_are_named() {
+    for text in ["stuck:2", "nan:z:1/2", "action:bias:z:1"] {
+        let error = disturbed(false, &[text]).err().map(|e| e.to_string());
+        let expected = format!("{text} names no channel of this policy; there are 0 x, 1 y");
+        assert_eq!(error, Some(expected));
+    }
 }
 
 #[test]
@@ -236,7 +323,7 @@ fn actions_stay_within_their_range() {
 
 #[test]
 fn index_of_an_action_takes_no_noise() {
-    for text in ["action:noise:1", "action:quantise:1"] {
+    for text in ["action:noise:1", "action:quantise:1", "action:stuck:0"] {
         let error = disturbed(true, &[text]).err().map(|e| e.to_string());
         assert!(error.is_some_and(|e| e.starts_with(text)));
     }
