@@ -298,7 +298,7 @@ fn no_number_makes_a_board_deaf() {
     let policy = Policy::load(file).expect("valid");
     let mut agent = Box::new(Roomy::new(policy).expect("it fits"));
     let flash = Some(SimFlash::new(8192));
-    let mut session = Session::start(file, flash, &mut agent).expect("it fits");
+    let mut session = Session::start(file, flash, &mut agent, Rules::DEFAULT).expect("it fits");
     let mut reset = |seq| {
         let request = Request::Reset {
             agent: true,
