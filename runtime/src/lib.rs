@@ -28,6 +28,7 @@
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `wire` | the messages between host and board over a serial line | off |
+//! | `signature` | verifies who signed a policy's file | off |
 //!
 //! Header, records, codes and errors are `#[non_exhaustive]`: a new field or code of the format is no breaking change.
 //! Enums such as [`Action`] and [`isa::Operand`] are not: whoever handles one must handle every case.
@@ -63,6 +64,8 @@ pub mod math;
 pub mod memory;
 pub mod registers;
 pub mod rng;
+#[cfg(feature = "signature")]
+pub mod signature;
 mod sizing;
 mod slices;
 mod state;

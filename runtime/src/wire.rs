@@ -11,7 +11,7 @@ use core::fmt;
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize};
 
-use crate::blob::{Blob, CRC, CRC_BYTES, Checksum, VERSION, contract};
+use crate::blob::{Blob, CRC, CRC_BYTES, Checksum, VERSION};
 use crate::isa::FINGERPRINT;
 use crate::verify::Policy;
 
@@ -53,6 +53,8 @@ pub enum Request<'a> {
         bytes: u32,
         /// Hash of its [contract](crate::blob::contract()).
         contract: u64,
+        /// Its release number.
+        release: u32,
         /// Whether another contract than that of the confirmed policy is wanted.
         forced: bool,
     },
@@ -149,6 +151,13 @@ pub enum Refusal {
     Robot,
     /// The stored policy has another contract than was announced. The detail is the number of bytes.
     Announced,
+    /// The new policy's release number is lower than one that the board has, which is the detail.
+    Release,
+    /// The new policy does not count as signed by the board's key. The detail is 0 without a signature, 1 with another
+    /// key's, 2 with a forged one.
+    Signature,
+    /// The board drives its own plant, so it decides for nobody else. The detail is 0.
+    Drives,
 }
 
 impl Refusal {
@@ -197,6 +206,17 @@ impl fmt::Display for Explained {
                 write!(f, "its memory for policies cannot be written at byte {n}")
             }
             Refusal::Slot => write!(f, "it has no slot {n}"),
+            Refusal::Release => {
+                write!(f, "it has release {n} and takes none below that")
+            }
+            Refusal::Signature => f.write_str(match n {
+                0 => "it takes signed policies alone, and the new one is not signed: use `tpg sign`",
+                1 => "new policy is signed by another key than the board's",
+                _ => "new policy is forged: its signature does not belong to these bytes and the board's key",
+            }),
+            Refusal::Drives => {
+                write!(f, "it drives its own plant and decides for nobody else")
+            }
             Refusal::Robot => {
                 write!(f, "new policy is for a robot with another contract")
             }
@@ -236,6 +256,29 @@ impl SlotState {
     }
 }
 
+/// Whether a policy is signed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Signed {
+    /// The policy has no signature.
+    No,
+    /// The policy has a signature, which this firmware did not verify.
+    Unverified,
+    /// The firmware verified the signature by its key.
+    Verified,
+}
+
+impl Signed {
+    /// Its name in messages and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::No => "unsigned",
+            Self::Unverified => "signature not verified",
+            Self::Verified => "signature verified",
+        }
+    }
+}
+
 /// A slot of a board and the policy in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -254,21 +297,29 @@ pub struct Stored {
     pub format: u16,
     /// Hash of the policy's [contract](crate::blob::contract()), 0 if it cannot be read.
     pub contract: u64,
+    /// Release number of the policy, 0 for none.
+    pub release: u32,
+    /// Whether the policy is signed.
+    pub signed: Signed,
 }
 
 impl Stored {
-    /// The description of a slot that holds the bytes `file`.
+    /// The description of a slot that holds the bytes `file`, without a verified signature.
     #[must_use]
     pub fn new(number: u8, state: SlotState, in_use: bool, file: &[u8]) -> Self {
+        let blob = Blob::decode(file).ok();
+        let signature = blob.and_then(|blob| blob.signature());
+        let version = file.get(4..).and_then(<[u8]>::first_chunk);
         Stored {
             number,
             state,
             in_use,
             bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
             crc: stored_crc(file),
-            format: (file.get(4..).and_then(<[u8]>::first_chunk))
-                .map_or(0, |v| u16::from_le_bytes(*v)),
-            contract: contract_of(file),
+            format: version.map_or(0, |version| u16::from_le_bytes(*version)),
+            contract: blob.map_or(0, |blob| blob.contract()),
+            release: blob.map_or(0, |blob| blob.header().release),
+            signed: signature.map_or(Signed::No, |_| Signed::Unverified),
         }
     }
 }
@@ -276,8 +327,7 @@ impl Stored {
 /// Hash of the contract of a policy's file, 0 if the bytes are no such file.
 #[must_use]
 pub fn contract_of(file: &[u8]) -> u64 {
-    let blob = Blob::decode(file);
-    blob.map_or(0, |blob| contract(blob.header(), blob.tables().labels))
+    Blob::decode(file).map_or(0, |blob| blob.contract())
 }
 
 fn stored_crc(file: &[u8]) -> u32 {

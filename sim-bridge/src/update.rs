@@ -120,6 +120,7 @@ fn change(updated: &Updated) -> serde_json::Value {
         "before": side(&updated.before),
         "after": side(&updated.after),
         "confirmed": updated.confirmed,
+        "signed": updated.signed.name(),
     })
 }
 
@@ -133,6 +134,8 @@ fn slots(listed: &Listed) -> serde_json::Value {
             "checksum": format!("{:08x}", slot.crc),
             "format": slot.format,
             "contract": format!("{:016x}", slot.contract),
+            "release": slot.release,
+            "signed": slot.signed.name(),
         })
     });
     json!({ "slots": slots.collect::<Vec<_>>() })

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
 use support::{Folder, Process, WATCHDOG, policy};
-use tpg_board::serial::Session;
+use tpg_board::serial::{Rules, Session};
 use tpg_board::sim::SimFlash;
 use tpg_board::trial::Generator;
 use tpg_runtime::wire::{self, Answer, Frame, Receiver, Request, SlotState};
@@ -66,7 +66,8 @@ fn run_board<W: Width>(
     let policy = Policy::load(file).expect("a valid policy");
     let mut agent = Box::new(Roomy::<W>::new(policy).expect("it fits"));
     let flash = SimFlash::new(8192);
-    let mut session = Session::start(file, Some(flash), &mut agent).expect("it fits");
+    let mut session =
+        Session::start(file, Some(flash), &mut agent, Rules::DEFAULT).expect("it fits");
     let mut noise = Generator::new(7);
     let (mut buffer, mut sent) = ([0; 64], 0);
     for mut line in lines {
@@ -273,7 +274,7 @@ fn no_number_makes_a_board_deaf() {
     let policy = Policy::load(file).expect("valid");
     let mut agent = Box::new(Roomy::new(policy).expect("it fits"));
     let flash = Some(SimFlash::new(8192));
-    let mut session = Session::start(file, flash, &mut agent).expect("it fits");
+    let mut session = Session::start(file, flash, &mut agent, Rules::DEFAULT).expect("it fits");
     let mut reset = |seq| {
         let request = Request::Reset {
             agent: true,

@@ -1,154 +1,31 @@
 //! Two slots for policies: wherever the power is cut while they change, the next start decides with a working policy.
 
+#[path = "slots/board.rs"]
+mod board;
+
 use std::fs;
 
-use tpg_board::serial::{GOOD_PERIODS, Session};
+use board::{BUILT_IN, Board, policies, provenance, sealed};
+use tpg_board::serial::{GOOD_PERIODS, Rules};
 use tpg_board::sim::SimFlash;
 use tpg_board::slots::Slots;
+use tpg_runtime::Policy;
 use tpg_runtime::blob::contract_bytes;
 use tpg_runtime::hash::{START_64, fnv1a_64};
-use tpg_runtime::wire::{
-    self, Answer, Frame, Identity, Receiver, Refusal, Request, SlotState, Stored,
-};
-use tpg_runtime::{Agent, Fixed, Policy};
+use tpg_runtime::wire::{self, Answer, Refusal, Request, SlotState};
 use tpg_tests::golden;
 
-const BUILT_IN: &[u8] = include_bytes!("../golden/champions/hopper-sr-sm-b23.tpg");
 const FLASH: usize = 2048;
 /// Bytes that the erasure of a slot changes.
 const ERASURE: u64 = FLASH as u64 / 2;
 /// Bytes of a mark.
 const MARK: u64 = 16;
-const FRAME: usize = 1024;
-
-type Roomy = Agent<'static, Fixed<11>, 4096, 64, 16, 48>;
-
-/// A board between two power cuts: the firmware's own session over simulated flash.
-struct Board {
-    agent: Box<Roomy>,
-    session: Session<SimFlash>,
-    seq: u32,
-}
-
-impl Board {
-    fn start(flash: &SimFlash) -> Self {
-        let policy = Policy::load(BUILT_IN).expect("valid");
-        let mut agent = Box::new(Roomy::new(policy).expect("fits"));
-        let session = Session::start(BUILT_IN, Some(flash.clone()), &mut agent).expect("fits");
-        Board {
-            agent,
-            session,
-            seq: 0,
-        }
-    }
-
-    fn ask<T>(&mut self, message: Request<'_>, take: impl FnOnce(Answer<'_>) -> T) -> T {
-        self.seq += 1;
-        let (mut buffer, mut receiver) = ([0; FRAME], Receiver::<FRAME>::new());
-        let frame = Frame {
-            seq: self.seq,
-            message,
-        };
-        let len = wire::write(&frame, &mut buffer).expect("fits");
-        let mut answered = Vec::new();
-        for byte in &buffer[..len] {
-            answered.extend_from_slice(self.session.take(&mut self.agent, *byte));
-        }
-        for byte in answered {
-            if let Some(frame) = receiver.push::<Answer<'_>>(byte) {
-                assert_eq!(frame.seq, self.seq);
-                return take(frame.message);
-            }
-        }
-        panic!("no answer");
-    }
-
-    fn identity(&mut self) -> Identity {
-        self.ask(Request::Hello, |answer| match answer {
-            Answer::Identity(identity) => identity,
-            other => panic!("{other:?}"),
-        })
-    }
-
-    fn step(&mut self, request: Request<'_>) -> Result<(), (Refusal, u32)> {
-        self.ask(request, |answer| match answer {
-            Answer::Ready => Ok(()),
-            Answer::Refused { refusal, detail } => Err((refusal, detail)),
-            other => panic!("{other:?}"),
-        })
-    }
-
-    fn decide(&mut self) {
-        let decided = self.ask(Request::Observe { values: &[0; 44] }, |answer| {
-            matches!(answer, Answer::Values { .. })
-        });
-        assert!(decided, "the policy does not decide");
-    }
-
-    /// Decides until a new policy is confirmed.
-    fn prove(&mut self) {
-        for _ in 0..GOOD_PERIODS {
-            self.decide();
-        }
-    }
-
-    fn running(&mut self) -> [u8; 16] {
-        self.identity().provenance
-    }
-
-    fn slot(&mut self, number: u8) -> Result<Stored, (Refusal, u32)> {
-        self.ask(Request::Slot { number }, |answer| match answer {
-            Answer::Slot(stored) => Ok(stored),
-            Answer::Refused { refusal, detail } => Err((refusal, detail)),
-            other => panic!("{other:?}"),
-        })
-    }
-
-    fn update(&mut self, file: &[u8]) -> Result<(), (Refusal, u32)> {
-        self.update_by(file, false)
-    }
-
-    fn update_by(&mut self, file: &[u8], forced: bool) -> Result<(), (Refusal, u32)> {
-        self.step(Request::Begin {
-            bytes: file.len() as u32,
-            contract: wire::contract_of(file),
-            forced,
-        })?;
-        for (k, bytes) in file.chunks(64).enumerate() {
-            self.step(Request::Store {
-                at: 64 * k as u32,
-                bytes,
-            })?;
-        }
-        self.step(Request::Commit)
-    }
-}
-
-/// Three policies of the board's width and observation that differ in their provenance.
-fn policies() -> [Vec<u8>; 3] {
-    [1, 2, 3].map(|mark| {
-        let mut file = BUILT_IN.to_vec();
-        file[56] = mark;
-        sealed(file)
-    })
-}
 
 /// The built-in policy with another control period, and so another contract.
 fn slower() -> Vec<u8> {
     let mut file = BUILT_IN.to_vec();
     file[48..52].copy_from_slice(&50_000_u32.to_le_bytes());
     sealed(file)
-}
-
-fn sealed(mut file: Vec<u8>) -> Vec<u8> {
-    let end = file.len() - 4;
-    let crc = wire::checksum(&file[..end]);
-    file[end..].copy_from_slice(&crc.to_le_bytes());
-    file
-}
-
-fn provenance(file: &[u8]) -> [u8; 16] {
-    Policy::load(file).expect("valid").header().provenance
 }
 
 /// Flash in which `files` were stored and confirmed, one after another.
@@ -321,7 +198,11 @@ fn only_good_periods_in_a_row_confirm() {
     }
     assert_eq!(state(&mut board), SlotState::Confirmed);
     // An application that judges for itself.
-    board.session.confirm_after(u32::MAX);
+    let rules = Rules {
+        confirm_after: u32::MAX,
+        ..Rules::DEFAULT
+    };
+    let mut board = Board::start_by(rules, &flash);
     board.update(&old).expect("room for it");
     board.prove();
     let slot = board.slot(1).expect("a slot");
@@ -371,6 +252,7 @@ fn a_policy_for_another_robot_is_refused_forced_and_reverted() {
     let announced = board.step(Request::Begin {
         bytes: other.len() as u32,
         contract: wire::contract_of(&old),
+        release: 0,
         forced: false,
     });
     assert_eq!(announced, Ok(()));
@@ -465,6 +347,7 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     let begin = |bytes| Request::Begin {
         bytes,
         contract: wire::contract_of(&old),
+        release: 0,
         forced: false,
     };
     let too_long = begin(room + 1);
@@ -489,5 +372,5 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
     assert_eq!(board.identity().provenance, provenance(&old));
     assert_eq!(Board::start(&flash).identity().provenance, provenance(&old));
     // Without flash there are no updates, but the policy built in decides.
-    assert_eq!(Slots::open(SimFlash::new(FLASH), |_| true).number(), 0);
+    assert_eq!(Slots::open(SimFlash::new(FLASH), |_, _| true).number(), 0);
 }

@@ -33,6 +33,22 @@ pub mod virt;
 
 use tpg_runtime::Header;
 
+/// Reads a public key that `tpg keygen` wrote, in a constant expression.
+///
+/// # Panics
+/// If the text is no public key. Then the firmware does not compile.
+#[cfg(feature = "signature")]
+#[must_use]
+pub const fn public_key(text: &[u8]) -> tpg_runtime::signature::PublicKey {
+    use tpg_runtime::signature::{PUBLIC_PREFIX, parse_key};
+    match parse_key(text, PUBLIC_PREFIX) {
+        Some(key) => key,
+        None => {
+            panic!("TPG_PUBLIC_KEY names no public key: `tpg keygen KEY` writes one to KEY.pub")
+        }
+    }
+}
+
 /// The number of values in a policy's observation, usable in constant expressions. It is 0 if the bytes are no policy.
 #[must_use]
 pub const fn inputs(policy: &[u8]) -> usize {

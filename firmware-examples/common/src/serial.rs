@@ -2,9 +2,9 @@
 
 use tpg_runtime::blob::{Blob, contract, contract_bytes};
 use tpg_runtime::wire::{
-    self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, SlotState, Stored,
+    self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, Signed, SlotState, Stored,
 };
-use tpg_runtime::{Action, Agent, Capacities, CapacityError, Policy, Reset, Width};
+use tpg_runtime::{Action, Agent, Capacities, CapacityError, Header, Policy, Reset, Width};
 
 use crate::slots::{Flash, Refused, Slots};
 use crate::trial::MAX_OBSERVATION;
@@ -22,6 +22,60 @@ pub const GOOD_PERIODS: u32 = 100;
 /// can make the board deaf to the requests after it.
 const LATE: u32 = 16;
 
+/// What the firmware demands of a new policy, and when it confirms one.
+#[derive(Debug, Clone, Copy)]
+pub struct Rules {
+    /// After how many good periods in a row a new policy is confirmed. A period is good if the policy decided.
+    ///
+    /// `u32::MAX` leaves it to the application, which knows its plant, to call [`Session::confirm`].
+    pub confirm_after: u32,
+    /// Whether the board drives its own plant. Then hosts may neither reset the agent nor ask it for decisions, and the
+    /// application reports each [period](Session::period).
+    pub drives: bool,
+    /// Whether a policy is refused if its release number is below the highest one of the built-in and confirmed policies.
+    pub releases: bool,
+    /// The public key of whoever may send policies. `None` takes unsigned policies too.
+    #[cfg(feature = "signature")]
+    pub key: Option<tpg_runtime::signature::PublicKey>,
+}
+
+impl Rules {
+    /// Unsigned policies of any release, confirmed after [`GOOD_PERIODS`].
+    pub const DEFAULT: Self = Rules {
+        confirm_after: GOOD_PERIODS,
+        drives: false,
+        releases: false,
+        #[cfg(feature = "signature")]
+        key: None,
+    };
+
+    /// Whether the firmware verifies signatures.
+    const fn verifies(&self) -> bool {
+        #[cfg(feature = "signature")]
+        return self.key.is_some();
+        #[cfg(not(feature = "signature"))]
+        false
+    }
+
+    /// Refuses a file that is not signed by the key, if there is one.
+    fn check_signature(&self, file: &[u8]) -> Result<(), Refused> {
+        #[cfg(feature = "signature")]
+        if let Some(key) = &self.key {
+            use tpg_runtime::signature::{SignatureError, verify};
+            let verified = Blob::decode(file).map(|blob| verify(&blob, key));
+            let detail = match verified {
+                Ok(Ok(())) => return Ok(()),
+                Ok(Err(SignatureError::Unsigned)) => 0,
+                Ok(Err(SignatureError::OtherKey(_))) => 1,
+                _ => 2,
+            };
+            return Err((Refusal::Signature, detail));
+        }
+        let _ = file;
+        Ok(())
+    }
+}
+
 /// The state of a connection to a host, and the policies that the board stores.
 #[derive(Debug)]
 pub struct Session<F> {
@@ -34,7 +88,7 @@ pub struct Session<F> {
     slots: Option<Slots<F>>,
     /// Decisions of the policy in use since it was put into use, or since a refused observation.
     good: u32,
-    confirm_after: u32,
+    rules: Rules,
     /// Contract of the policy that is being stored, as the host announced it.
     announced: u64,
 }
@@ -57,10 +111,13 @@ impl<F: Flash> Session<F> {
         built_in: &'static [u8],
         flash: Option<F>,
         agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+        rules: Rules,
     ) -> Result<Self, CapacityError> {
         let original = *agent.policy();
-        let fits = |policy: &Policy<'static>| excess(agent, policy).is_none();
-        let slots = flash.map(|flash| Slots::open(flash, fits));
+        let accepts = |file: &'static [u8], policy: &Policy<'static>| {
+            accept(&rules, agent, file, policy).is_ok()
+        };
+        let slots = flash.map(|flash| Slots::open(flash, accepts));
         let file = slots.as_ref().and_then(Slots::active);
         let newest = file.and_then(|file| Policy::load(file).ok());
         agent.load(newest.unwrap_or(original))?;
@@ -72,16 +129,9 @@ impl<F: Flash> Session<F> {
             built_in,
             slots,
             good: 0,
-            confirm_after: GOOD_PERIODS,
+            rules,
             announced: 0,
         })
-    }
-
-    /// Sets after how many good periods in a row a new policy is confirmed. A period is good if the policy decided.
-    ///
-    /// `u32::MAX` leaves it to the application, which knows its plant, to call [`confirm`](Self::confirm).
-    pub const fn confirm_after(&mut self, periods: u32) {
-        self.confirm_after = periods;
     }
 
     /// Confirms the policy in use. A policy that is not confirmed is reverted at the next start.
@@ -90,6 +140,21 @@ impl<F: Flash> Session<F> {
     /// Those of [`Slots::confirm`].
     pub fn confirm(&mut self) -> Result<(), Refused> {
         self.slots.as_mut().map_or(Ok(()), Slots::confirm)
+    }
+
+    /// Counts a period of the policy in use, and confirms the policy after enough good ones in a row.
+    pub fn period(&mut self, good: bool) {
+        self.good = if good { self.good.saturating_add(1) } else { 0 };
+        if self.good >= self.rules.confirm_after {
+            // If the write fails, the next period tries again.
+            let _ = self.confirm();
+        }
+    }
+
+    /// Whether a new policy is being stored.
+    #[must_use]
+    pub fn is_updating(&self) -> bool {
+        self.slots.as_ref().is_some_and(Slots::is_updating)
     }
 
     /// Takes the next byte from the line and returns the bytes to send. They are empty unless a request is complete.
@@ -103,6 +168,23 @@ impl<F: Flash> Session<F> {
         &mut self,
         agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
         byte: u8,
+    ) -> &[u8] {
+        self.take_safely(agent, byte, || {})
+    }
+
+    /// As [`take`](Self::take). Calls `make_safe` before it changes the policy or the flash, which can stop the processor
+    /// for seconds.
+    pub fn take_safely<
+        W: Width,
+        const WORDS: usize,
+        const PROGRAMS: usize,
+        const TEAMS: usize,
+        const STREAMS: usize,
+    >(
+        &mut self,
+        agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+        byte: u8,
+        make_safe: impl FnOnce(),
     ) -> &[u8] {
         let damaged = self.receiver.damaged();
         let Some(Frame { seq, message }) = self.receiver.push::<Request<'_>>(byte) else {
@@ -121,6 +203,14 @@ impl<F: Flash> Session<F> {
                 .get(..if again { self.answer_len } else { 0 })
                 .unwrap_or_default();
         }
+        if let Request::Begin { .. }
+        | Request::Store { .. }
+        | Request::Commit
+        | Request::Revert
+        | Request::Erase { .. } = message
+        {
+            make_safe();
+        }
         let mut values = [0; 4 * MAX_ACTION];
         let slots = self.slots.as_mut();
         let built_in = self.built_in;
@@ -132,6 +222,9 @@ impl<F: Flash> Session<F> {
                 identity.damaged = damaged;
                 Answer::Identity(identity)
             }
+            Request::Reset { .. } | Request::Observe { .. } if self.rules.drives => {
+                done(Err((Refusal::Drives, 0)))
+            }
             Request::Reset {
                 agent: begins,
                 seed,
@@ -142,39 +235,36 @@ impl<F: Flash> Session<F> {
             }
             Request::Observe { values: seen } => {
                 let answer = decide(agent, seen, &mut values);
-                self.good = match answer {
-                    Answer::Index { .. } | Answer::Values { .. } => self.good.saturating_add(1),
-                    _ => 0,
-                };
-                if let (Some(slots), true) = (slots, self.good >= self.confirm_after) {
-                    // If the write fails, the next decision tries again.
-                    let _ = slots.confirm();
-                }
+                self.period(matches!(
+                    answer,
+                    Answer::Index { .. } | Answer::Values { .. }
+                ));
                 answer
             }
             Request::Begin {
                 bytes,
                 contract,
+                release,
                 forced,
             } => done(with(slots, |slots| {
                 let standing = slots.standing().unwrap_or(built_in);
                 if !forced && contract != wire::contract_of(standing) {
                     return Err((Refusal::Robot, 0));
                 }
+                check_release(&self.rules, slots.release(), built_in, release)?;
                 self.announced = contract;
                 slots.begin(bytes, |file| change(agent, file.unwrap_or(built_in)))
             })),
             Request::Store { at, bytes } => done(with(slots, |slots| slots.store(at, bytes))),
             Request::Commit => done(with(slots, |slots| {
-                slots.commit(|policy| {
-                    if let Some(needed) = excess(agent, policy) {
-                        return Err((Refusal::Capacity, needed));
+                let (rules, announced) = (&self.rules, self.announced);
+                let highest = slots.release();
+                slots.commit(|file, policy| {
+                    accept(rules, agent, file, policy)?;
+                    if contract(policy.header(), policy.tables().labels) != announced {
+                        return Err((Refusal::Announced, file.len() as u32));
                     }
-                    let contract = contract(policy.header(), policy.tables().labels);
-                    let len = policy.header().body_bytes;
-                    (contract == self.announced)
-                        .then_some(())
-                        .ok_or((Refusal::Announced, len))
+                    check_release(rules, highest, built_in, policy.header().release)
                 })?;
                 self.good = 0;
                 change(agent, slots.active().unwrap_or(built_in));
@@ -189,7 +279,12 @@ impl<F: Flash> Session<F> {
                 Some(slots) if number <= 2 => {
                     let (state, file) = slots.list(number);
                     let in_use = slots.number() == number;
-                    Answer::Slot(Stored::new(number, state, in_use, file))
+                    let mut stored = Stored::new(number, state, in_use, file);
+                    let works = matches!(state, SlotState::Unconfirmed | SlotState::Confirmed);
+                    if works && self.rules.verifies() {
+                        stored.signed = Signed::Verified;
+                    }
+                    Answer::Slot(stored)
                 }
                 Some(_) => done(Err((Refusal::Slot, number.into()))),
                 None => done(Err((Refusal::NoSlots, 0))),
@@ -241,6 +336,35 @@ fn excess<
         .find(|(needed, available)| needed > available);
     let width = (needed.width != width).then_some(needed.width);
     width.or(excess.map(|(needed, _)| needed)).map(|n| n as u32)
+}
+
+/// Whether the firmware takes a policy, whose file is `file`.
+fn accept<
+    W: Width,
+    const WORDS: usize,
+    const PROGRAMS: usize,
+    const TEAMS: usize,
+    const STREAMS: usize,
+>(
+    rules: &Rules,
+    agent: &Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+    file: &[u8],
+    policy: &Policy<'static>,
+) -> Result<(), Refused> {
+    if let Some(needed) = excess(agent, policy) {
+        return Err((Refusal::Capacity, needed));
+    }
+    rules.check_signature(file)
+}
+
+/// Refuses a release below the highest one of the confirmed policies and the built-in one, if the rules say so.
+fn check_release(rules: &Rules, stored: u32, built_in: &[u8], new: u32) -> Result<(), Refused> {
+    let built_in = Header::peek(built_in).map_or(0, |header| header.release);
+    let highest = stored.max(built_in);
+    if rules.releases && new < highest {
+        return Err((Refusal::Release, highest));
+    }
+    Ok(())
 }
 
 /// The length of a policy's contract, and its bytes from `at` on, as many as fit `buffer`.

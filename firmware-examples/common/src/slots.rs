@@ -18,8 +18,8 @@
 use core::ops::Range;
 
 pub use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use tpg_runtime::Policy;
 use tpg_runtime::wire::{Refusal, SlotState, checksum};
+use tpg_runtime::{Header, Policy};
 
 /// Flash memory that holds the two slots. Each slot takes one half. A program can read the memory in place.
 pub trait Flash: NorFlash {
@@ -55,7 +55,7 @@ struct Incoming {
 #[derive(Debug)]
 pub struct Slots<F> {
     flash: F,
-    /// Whether each slot holds a policy that was checked and fits.
+    /// Whether each slot holds a policy that was checked and accepted.
     checked: [bool; 2],
     active: Option<Found>,
     confirmed: bool,
@@ -66,8 +66,8 @@ pub struct Slots<F> {
 pub type Refused = (Refusal, u32);
 
 impl<F: Flash> Slots<F> {
-    /// Opens the slots and chooses the policy to use. `fits` tells whether the firmware's agent can hold a policy.
-    pub fn open(flash: F, fits: impl Fn(&Policy<'static>) -> bool) -> Self {
+    /// Opens the slots and chooses the policy to use. `accepts` tells whether the firmware takes a file with its policy.
+    pub fn open(flash: F, accepts: impl Fn(&'static [u8], &Policy<'static>) -> bool) -> Self {
         const { assert!(MARK.is_multiple_of(F::WRITE_SIZE), "marks are 16 bytes") };
         let mut slots = Slots {
             flash,
@@ -76,7 +76,7 @@ impl<F: Flash> Slots<F> {
             confirmed: true,
             incoming: None,
         };
-        slots.checked = [0, 1].map(|slot| slots.works(slot, &fits));
+        slots.checked = [0, 1].map(|slot| slots.works(slot, &accepts));
         let confirmed = [0, 1].map(|slot| slots.confirmed(slot));
         slots.active = (confirmed.into_iter().flatten()).max_by_key(|found| found.sequence);
         slots
@@ -110,6 +110,12 @@ impl<F: Flash> Slots<F> {
         self.confirmed
     }
 
+    /// Whether a new policy is being stored.
+    #[must_use]
+    pub const fn is_updating(&self) -> bool {
+        self.incoming.is_some()
+    }
+
     /// State and file of slot 1 or 2. The file is empty if the slot holds no whole record.
     #[must_use]
     pub fn list(&self, number: u8) -> (SlotState, &'static [u8]) {
@@ -128,6 +134,18 @@ impl<F: Flash> Slots<F> {
             (true, Some(_)) => SlotState::Confirmed,
         };
         (state, self.file(slot, found.bytes))
+    }
+
+    /// The highest release number among the confirmed policies, 0 if there are none.
+    #[must_use]
+    pub fn release(&self) -> u32 {
+        let release = |slot| {
+            let found = self.confirmed(slot)?;
+            let header = Header::peek(self.file(slot, found.bytes))?;
+            Some(header.release)
+        };
+        let releases = [0, 1].into_iter().filter_map(release);
+        releases.max().unwrap_or(0)
     }
 
     /// Confirms the policy in use. Call this when it has controlled the plant well for a number of periods.
@@ -252,11 +270,11 @@ impl<F: Flash> Slots<F> {
     /// # Errors
     /// - [`Refusal::Order`] with the bytes stored so far if parts are missing, or 0 if no update has begun.
     /// - [`Refusal::Policy`] with the file's length if the file is invalid.
-    /// - The error of `fits`.
+    /// - The error of `accepts`.
     /// - [`Refusal::Memory`] with the slot's offset if the record cannot be written.
     pub fn commit(
         &mut self,
-        fits: impl Fn(&Policy<'static>) -> Result<(), Refused>,
+        accepts: impl Fn(&'static [u8], &Policy<'static>) -> Result<(), Refused>,
     ) -> Result<(), Refused> {
         let incoming = self.incoming.ok_or((Refusal::Order, 0))?;
         if incoming.stored != incoming.bytes {
@@ -264,7 +282,7 @@ impl<F: Flash> Slots<F> {
         }
         let file = self.file(incoming.slot, incoming.bytes);
         let policy = Policy::load(file).map_err(|_| (Refusal::Policy, incoming.bytes))?;
-        fits(&policy)?;
+        accepts(file, &policy)?;
         self.incoming = None;
         let newest = [0, 1].map(|slot| self.record(slot).map_or(0, |found| found.sequence));
         let found = Found {
@@ -343,11 +361,11 @@ impl<F: Flash> Slots<F> {
         (checked && self.mark(slot, CONFIRMED) == SET).then_some(found)
     }
 
-    /// Whether a slot holds a valid policy that fits.
-    fn works(&self, slot: u32, fits: impl Fn(&Policy<'static>) -> bool) -> bool {
+    /// Whether a slot holds a valid policy that is accepted.
+    fn works(&self, slot: u32, accepts: impl Fn(&'static [u8], &Policy<'static>) -> bool) -> bool {
         let file = (self.record(slot)).map(|found| self.file(slot, found.bytes));
-        let policy = file.and_then(|file| Policy::load(file).ok());
-        policy.is_some_and(|policy| fits(&policy))
+        let loaded = file.and_then(|file| Some((file, Policy::load(file).ok()?)));
+        loaded.is_some_and(|(file, policy)| accepts(file, &policy))
     }
 }
 

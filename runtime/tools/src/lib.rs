@@ -6,8 +6,10 @@
 //! | [`disassemble`] | its programs as text and its graph as a drawing |
 //! | [`export`] | Rust or C source code that makes the same decisions |
 //! | [`footprint`] | its flash, RAM, stack and instructions on a board |
+//! | [`signature`] | a signed file, and the keys for it |
 
 pub mod cut;
 pub mod disassemble;
 pub mod export;
 pub mod footprint;
+pub mod signature;

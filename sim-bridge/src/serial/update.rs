@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tpg_runtime::Policy;
 use tpg_runtime::isa::FINGERPRINT;
-use tpg_runtime::wire::{self, Answer, Identity, Refusal, Request, SlotState, Stored};
+use tpg_runtime::wire::{self, Answer, Identity, Refusal, Request, Signed, SlotState, Stored};
 
 use super::contract::{self, Contract};
 use super::line::Line;
@@ -26,6 +26,8 @@ pub struct Updated {
     pub after: Identity,
     /// Whether the policy in use is confirmed.
     pub confirmed: bool,
+    /// Whether it is signed.
+    pub signed: Signed,
 }
 
 impl fmt::Display for Updated {
@@ -41,6 +43,7 @@ impl fmt::Display for Updated {
             after.policy_crc,
             after.slot
         )?;
+        write!(f, ", {}", self.signed.name())?;
         if self.confirmed {
             return Ok(());
         }
@@ -67,6 +70,10 @@ impl fmt::Display for Listed {
                 continue;
             }
             write!(f, "{} bytes, checksum {:08x}, ", slot.bytes, slot.crc)?;
+            if slot.release > 0 {
+                write!(f, "release {}, ", slot.release)?;
+            }
+            write!(f, "{}, ", slot.signed.name())?;
             let state = match (slot.state, slot.in_use) {
                 _ if slot.number == 0 => "built into the firmware",
                 (SlotState::Unconfirmed, true) => "not confirmed yet",
@@ -159,6 +166,7 @@ impl Updater {
         self.step(Request::Begin {
             bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
             contract: wire::contract_of(file),
+            release: policy.header().release,
             forced: force,
         })?;
         for (k, bytes) in file.chunks(PART).enumerate() {
@@ -245,11 +253,12 @@ impl Updater {
 
     fn changed(mut self) -> Result<Updated, BridgeError> {
         let after = self.line.greet()?;
-        let confirmed = self.slot(after.slot)?.state == SlotState::Confirmed;
+        let slot = self.slot(after.slot)?;
         Ok(Updated {
             before: self.before,
             after,
-            confirmed,
+            confirmed: slot.state == SlotState::Confirmed,
+            signed: slot.signed,
         })
     }
 

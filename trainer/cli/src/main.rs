@@ -10,9 +10,11 @@ mod external;
 mod footprint;
 mod inspect;
 mod interrupt;
+mod keygen;
 mod presets;
 mod progress;
 mod replay;
+mod sign;
 mod train;
 
 use std::process::ExitCode;
@@ -41,8 +43,12 @@ enum Verb {
     Eval(eval::Args),
     /// Score a policy in the loop: simulator and controller as two processes.
     Hil(external::Args),
-    /// Give a board a new policy over its serial line, without flashing it anew.
+    /// Give a board a new policy over its serial line, without flashing it anew, or take one back.
     Update(external::Args),
+    /// Make a pair of keys for signed policies.
+    Keygen(keygen::Args),
+    /// Sign a policy, or verify its signature.
+    Sign(sign::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
     /// Write a policy as source code, in Rust or C, that decides alike.
@@ -63,6 +69,8 @@ fn main() -> ExitCode {
         Verb::Eval(args) => eval::run(args),
         Verb::Hil(args) => external::run("tpg-hil", &args),
         Verb::Update(args) => external::run("tpg-update", &args),
+        Verb::Keygen(args) => keygen::run(&args),
+        Verb::Sign(args) => sign::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Export(args) => export::run(&args),
         Verb::Footprint(args) => footprint::run(&args),

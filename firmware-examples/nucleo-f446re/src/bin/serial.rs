@@ -9,7 +9,7 @@ mod slot_flash;
 
 use cortex_m_rt::entry;
 use stm32f4xx_hal::{nb, pac, prelude::*, rcc, serial};
-use tpg_board::serial::Session;
+use tpg_board::serial::{Rules, Session};
 use tpg_runtime::{Agent, Capacities, Fixed, Policy};
 
 use slot_flash::SlotFlash;
@@ -17,6 +17,16 @@ use slot_flash::SlotFlash;
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 // edit 2: room for later policies: words, programs, teams, streams.
 type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+const RULES: Rules = Rules {
+    // edit 3: `true` refuses policies of a lower release than the board has.
+    releases: false,
+    // The feature `signature` refuses policies that the owner of this key did not sign.
+    #[cfg(feature = "signature")]
+    key: Some(tpg_board::public_key(include_bytes!(env!(
+        "TPG_PUBLIC_KEY"
+    )))),
+    ..Rules::DEFAULT
+};
 
 #[entry]
 fn main() -> ! {
@@ -28,7 +38,7 @@ fn main() -> ! {
         stop()
     };
     let flash = SlotFlash::new(device.FLASH);
-    let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent) else {
+    let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent, RULES) else {
         stop()
     };
     let mut rcc = device.RCC.freeze(

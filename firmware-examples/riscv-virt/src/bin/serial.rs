@@ -4,12 +4,26 @@
 
 use riscv_rt::entry;
 use semihosting::process::exit;
-use tpg_board::{ram::RamFlash, serial::Session, virt};
+use tpg_board::{
+    ram::RamFlash,
+    serial::{Rules, Session},
+    virt,
+};
 use tpg_runtime::{Agent, Capacities, Fixed, Policy};
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 // edit 2: room for later policies: words, programs, teams, streams.
 type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+const RULES: Rules = Rules {
+    // edit 3: `true` refuses policies of a lower release than the board has.
+    releases: false,
+    // The feature `signature` refuses policies that the owner of this key did not sign.
+    #[cfg(feature = "signature")]
+    key: Some(tpg_board::public_key(include_bytes!(env!(
+        "TPG_PUBLIC_KEY"
+    )))),
+    ..Rules::DEFAULT
+};
 
 #[entry]
 fn main() -> ! {
@@ -19,7 +33,7 @@ fn main() -> ! {
     };
     // SAFETY: The board has this memory, and the program does not use it otherwise. It keeps its contents over a reset.
     let flash = unsafe { RamFlash::new(virt::SPARE, 64 * 1024) };
-    let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent) else {
+    let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent, RULES) else {
         exit(1)
     };
     let mut uart = virt::Uart::start();
