@@ -52,7 +52,6 @@ TRAINING = shlex.split(
     "--seed 1 --threads 1 --generations 4 --set tuning.lines=1 --set tuning.iterations=2 --set tuning.directions=4 "
     "--set tuning.top=2 --set selection.candidates=0"
 )
-WIDEST = 32
 
 
 def describe(path, name, folder):
@@ -99,11 +98,9 @@ def row(tpg, packages, out, model):
     start += f" {inputs} | {outputs} |"
     champion = out / "runs" / name / "champion.tpg"
     shutil.rmtree(champion.parent, ignore_errors=True)
-    # Longer observations pass by vectors of the greatest width.
-    width = ["--set", f"policy.width={WIDEST}"] if inputs > WIDEST else []
     begin = time.monotonic()
     try:
-        run(tpg, "train", "champion", "--task", task, "--out", champion.parent, *TRAINING, *width)
+        run(tpg, "train", "champion", "--task", task, "--out", champion.parent, *TRAINING)
         seconds = time.monotonic() - begin
         steps = int((champion.parent / "log.csv").read_text().splitlines()[-1].split(",")[1])
         score = ["--task", task, "--episodes", 3, "--json"]

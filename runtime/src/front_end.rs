@@ -4,7 +4,7 @@
 //! is blank: all of it is missing. `docs/semantics.md` defines the computation, `docs/format.md` the section of a blob. The standardised observation is the start of the window, which outlives a
 //! decision. A model has state words of its own, behind the outputs.
 
-use crate::blob::{ActionKind, Header};
+use crate::blob::Header;
 #[cfg(feature = "front-end")]
 use crate::math;
 
@@ -77,9 +77,9 @@ pub fn monomials(variables: usize, degree: u8) -> u64 {
 /// discrete.
 #[must_use]
 pub const fn action_variables(header: &Header) -> usize {
-    match header.action_kind {
-        ActionKind::Discrete => 1,
-        ActionKind::Continuous | ActionKind::Each => header.outputs(),
+    match header.outputs() {
+        0 => 1,
+        outputs => outputs,
     }
 }
 
@@ -336,17 +336,13 @@ pub(crate) fn record_action(
         return;
     };
     let places = own.get_mut(front_end.columns.len()..).unwrap_or_default();
-    match header.action_kind {
-        ActionKind::Discrete => {
-            if let Some(place) = places.first_mut() {
-                *place = math::centred(action, header.actions);
-            }
-        }
-        ActionKind::Continuous | ActionKind::Each => {
-            for (place, x) in places.iter_mut().zip(outputs) {
-                *place = *x;
-            }
-        }
+    if outputs.is_empty()
+        && let Some(place) = places.first_mut()
+    {
+        *place = math::centred(action, header.actions);
+    }
+    for (place, x) in places.iter_mut().zip(outputs) {
+        *place = *x;
     }
 }
 

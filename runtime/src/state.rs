@@ -132,9 +132,7 @@ fn observe(
     let Some((window, behind)) = words.split_at_mut_checked(usize::from(header.window)) else {
         return Ok(0);
     };
-    let Some((first, rest)) = window.split_at_mut_checked(needed) else {
-        return Ok(0);
-    };
+    let first = window.get_mut(..needed).unwrap_or_default();
     #[cfg(feature = "front-end")]
     let standardised = policy
         .front_end()
@@ -146,10 +144,15 @@ fn observe(
             *word = math::finite(x);
         }
     }
-    for again in rest.chunks_mut(needed.max(1)) {
-        for (word, x) in again.iter_mut().zip(&*first) {
+    // Each turn doubles what is filled, so that a short observation in a long window takes few turns.
+    let mut filled = needed.max(1);
+    while let Some((done, rest)) = window.split_at_mut_checked(filled)
+        && !rest.is_empty()
+    {
+        for (word, x) in rest.iter_mut().zip(done) {
             *word = *x;
         }
+        filled *= 2;
     }
     Ok(standardised.unwrap_or(0))
 }

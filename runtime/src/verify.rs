@@ -7,7 +7,7 @@ mod labels;
 mod programs;
 mod teams;
 
-use crate::blob::{Blob, Header, Missing};
+use crate::blob::{Blob, Header, Missing, RegisterMode};
 use crate::front_end::FrontEnd;
 use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables};
@@ -29,7 +29,12 @@ pub struct Bounds {
     /// instruction.
     pub instructions: u32,
     /// Number of single-precision operations, weighted by the [cost classes](crate::isa::Cost).
+    ///
+    /// The walk over members, the window, and the registers that are reset count too, so that this number covers all
+    /// work that grows with the policy.
     pub weighted_operations: u64,
+    /// Number of members looked at: the length of all member lists together.
+    pub members: u32,
     /// Number of teams visited.
     pub teams: u16,
 }
@@ -54,8 +59,8 @@ impl<'a> Policy<'a> {
 
     /// Checks the header and every table of a blob. A decision can then rely on them and need not check them again.
     ///
-    /// Allocates no memory. The time is linear in the size of the tables, with one exception: the code of a program is
-    /// read once more for each time that a team lists it.
+    /// Allocates no memory. Each table is read at most five times, with one exception: the members are read twice, and
+    /// once more for each 128 programs, if programs read team memory.
     ///
     /// # Errors
     /// Any [`VerifyError`] except [`VerifyError::Decode`].
@@ -205,7 +210,12 @@ fn finite(words: &[[u8; 4]], table: &'static str) -> Result<(), VerifyError> {
 fn bounds(header: &Header, tables: &Tables<'_>) -> Bounds {
     let cells = tables.cells.len() as u16;
     let weight = |bytes: &[u8; Instruction::BYTES]| {
-        Instruction::from_bytes(bytes).map_or(0, |i| i.op.cost().weight(header.width, cells))
+        let weight = |i: Instruction| i.op.cost().weight(header.width, cells);
+        match Instruction::from_bytes(bytes).map_or(0, weight) {
+            // A write to indexed memory of which no cell is kept. It still counts the write.
+            0 => 8,
+            weight => weight,
+        }
     };
     let front_end = match tables.front_end {
         _ if cfg!(not(feature = "front-end")) => None,
@@ -219,9 +229,30 @@ fn bounds(header: &Header, tables: &Tables<'_>) -> Bounds {
     });
     Bounds {
         instructions: count(tables.code).saturating_add(multiplications),
-        weighted_operations: tables.code.iter().map(weight).sum::<u64>() + operations,
+        weighted_operations: tables.code.iter().map(weight).sum::<u64>()
+            + operations
+            + walk(header, tables),
+        members: count(tables.members),
         teams: header.teams,
     }
+}
+
+/// Weighted operations of a decision besides its instructions: for visits and runs, members, window, outputs and registers
+/// that are reset.
+fn walk(header: &Header, tables: &Tables<'_>) -> u64 {
+    let registers = |bytes: &[u8; Program::BYTES]| {
+        let program = Program::from_bytes(bytes);
+        program.register_words(usize::from(header.width)) as u64
+    };
+    let reset = match header.register_mode {
+        RegisterMode::Stateless => tables.programs.iter().map(registers).sum(),
+        RegisterMode::Stateful => 0,
+    };
+    u64::from(count(tables.members)) * header.action_kind.weight_of_member()
+        + 8 * (u64::from(header.programs) + u64::from(header.teams))
+        + u64::from(header.window)
+        + 2 * header.outputs() as u64
+        + reset
 }
 
 /// The instruction groups that the code uses, one bit each.

@@ -6,15 +6,17 @@
 //! Each request has a number, and its answer repeats it. A host that gets no answer sends the request again. The board
 //! keeps its last answer, so it does not decide twice. Floats travel as the bytes of their bits, little-endian.
 
+use core::fmt;
+
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize};
 
-use crate::blob::{CRC, CRC_BYTES, Checksum, VERSION};
+use crate::blob::{Blob, CRC, CRC_BYTES, Checksum, VERSION, contract};
 use crate::isa::FINGERPRINT;
 use crate::verify::Policy;
 
-/// Version of the conversation.
-pub const PROTOCOL: u16 = 1;
+/// Version of the conversation. All versions greet with the same bytes.
+pub const PROTOCOL: u16 = 2;
 
 /// Most bytes that a frame adds to the values or the policy part it carries, for up to 8 KiB of payload.
 pub const OVERHEAD: usize = 128;
@@ -45,10 +47,14 @@ pub enum Request<'a> {
         /// The observation: four bytes for each element.
         values: &'a [u8],
     },
-    /// Make room for a new policy. The policy in use stays.
+    /// Make room for a new policy. The confirmed policy stays.
     Begin {
         /// Number of bytes of its file.
         bytes: u32,
+        /// Hash of its [contract](crate::blob::contract()).
+        contract: u64,
+        /// Whether another contract than that of the confirmed policy is wanted.
+        forced: bool,
     },
     /// Store a part of the new policy. Each part begins where the one before ended.
     Store {
@@ -57,8 +63,25 @@ pub enum Request<'a> {
         /// The part.
         bytes: &'a [u8],
     },
-    /// Check the new policy and use it from now on.
+    /// Check the new policy and use it from now on. The board reverts it at its next start if it is not confirmed by then.
     Commit,
+    /// Ask what a slot holds.
+    Slot {
+        /// Number of the slot. Slot 0 is the policy that the firmware was built with.
+        number: u8,
+    },
+    /// Give up the policy in use for the confirmed one of the other slot, or for the built-in one.
+    Revert,
+    /// Ask for a part of the [contract](crate::blob::contract_bytes) of the confirmed policy, to which a new one must fit.
+    Contract {
+        /// Offset of the part's first byte.
+        at: u32,
+    },
+    /// Erase a slot. If it is the one in use, the board gives up its policy first.
+    Erase {
+        /// Number of the slot: 1 or 2.
+        number: u8,
+    },
 }
 
 /// An answer of the board.
@@ -89,6 +112,15 @@ pub enum Answer<'a> {
         /// A number that belongs to the reason. [`Refusal`] says which.
         detail: u32,
     },
+    /// The answer to [`Request::Slot`].
+    Slot(Stored),
+    /// The answer to [`Request::Contract`].
+    Contract {
+        /// Bytes of the whole contract.
+        total: u32,
+        /// The part.
+        bytes: &'a [u8],
+    },
 }
 
 /// Why a board refuses a request.
@@ -99,8 +131,8 @@ pub enum Refusal {
     Length,
     /// The board cannot store policies. The detail is 0.
     NoSlots,
-    /// The policy in use is new and has not decided yet. So the older one is kept until then. The detail is 0.
-    Untried,
+    /// The policy in use is the one that the firmware was built with, so none comes before it. The detail is 0.
+    Oldest,
     /// The new policy is too long. The detail is the most bytes that the board can store.
     Room,
     /// The part does not begin where the one before ended. The detail is the offset that the board expects.
@@ -111,23 +143,146 @@ pub enum Refusal {
     Capacity,
     /// The flash memory could not be erased or written. The detail is the offset of the failure in bytes.
     Memory,
+    /// There is no such slot. The detail is its number.
+    Slot,
+    /// The new policy has another contract than the confirmed one, so it is one for another robot. The detail is 0.
+    Robot,
+    /// The stored policy has another contract than was announced. The detail is the number of bytes.
+    Announced,
 }
 
 impl Refusal {
-    /// The reason in words. The caller appends the detail.
+    /// The reason in words, with its number if it has one.
     #[must_use]
-    pub const fn text(self) -> &'static str {
-        match self {
-            Self::Length => "observation has another length than the policy's, which was given",
-            Self::NoSlots => "it cannot store policies",
-            Self::Untried => "the policy in use is new and has not decided yet, let it decide once",
-            Self::Room => "new policy is too long, the board has room for bytes",
-            Self::Order => "part of the policy is out of order, due is the one at byte",
-            Self::Policy => "what was stored is no valid policy of bytes",
-            Self::Capacity => "new policy does not fit the board's agent, it would need",
-            Self::Memory => "memory for policies cannot be written at byte",
+    pub const fn explain(self, detail: u32) -> Explained {
+        Explained(self, detail)
+    }
+}
+
+/// A refusal in words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Explained(Refusal, u32);
+
+impl fmt::Display for Explained {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Explained(refusal, n) = self;
+        match refusal {
+            Refusal::Length => {
+                write!(f, "its policy takes another number of values than {n}")
+            }
+            Refusal::NoSlots => write!(f, "it cannot store policies"),
+            Refusal::Oldest => {
+                write!(
+                    f,
+                    "it uses the policy that its firmware was built with, and none comes before that"
+                )
+            }
+            Refusal::Room => {
+                write!(
+                    f,
+                    "new policy is too long, the board has room for {n} bytes"
+                )
+            }
+            Refusal::Order => {
+                write!(f, "part of the policy is out of order, due is byte {n}")
+            }
+            Refusal::Policy => {
+                write!(f, "the {n} bytes that were stored are no valid policy")
+            }
+            Refusal::Capacity => write!(
+                f,
+                "new policy does not fit the board's agent, of what is short it needs {n}"
+            ),
+            Refusal::Memory => {
+                write!(f, "its memory for policies cannot be written at byte {n}")
+            }
+            Refusal::Slot => write!(f, "it has no slot {n}"),
+            Refusal::Robot => {
+                write!(f, "new policy is for a robot with another contract")
+            }
+            Refusal::Announced => {
+                write!(
+                    f,
+                    "the {n} bytes that were stored have another contract than was announced"
+                )
+            }
         }
     }
+}
+
+/// What a slot holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SlotState {
+    /// No whole policy: erased, or an update was broken off.
+    Empty,
+    /// A policy that this firmware does not accept: damaged, too large, or of another version.
+    Unusable,
+    /// A policy that was not confirmed. If it is not in use, it was reverted.
+    Unconfirmed,
+    /// A policy that was confirmed, or the one that the firmware was built with.
+    Confirmed,
+}
+
+impl SlotState {
+    /// Its name in messages and reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Empty => "empty",
+            Self::Unusable => "unusable",
+            Self::Unconfirmed => "unconfirmed",
+            Self::Confirmed => "confirmed",
+        }
+    }
+}
+
+/// A slot of a board and the policy in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Stored {
+    /// Number of the slot. Slot 0 is the policy that the firmware was built with.
+    pub number: u8,
+    /// What it holds.
+    pub state: SlotState,
+    /// Whether the board uses this policy.
+    pub in_use: bool,
+    /// Bytes of the policy's file, 0 in an empty slot.
+    pub bytes: u32,
+    /// Checksum of the policy's file: its last four bytes.
+    pub crc: u32,
+    /// Format version of the policy's file, 0 in an empty slot.
+    pub format: u16,
+    /// Hash of the policy's [contract](crate::blob::contract()), 0 if it cannot be read.
+    pub contract: u64,
+}
+
+impl Stored {
+    /// The description of a slot that holds the bytes `file`.
+    #[must_use]
+    pub fn new(number: u8, state: SlotState, in_use: bool, file: &[u8]) -> Self {
+        Stored {
+            number,
+            state,
+            in_use,
+            bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
+            crc: stored_crc(file),
+            format: (file.get(4..).and_then(<[u8]>::first_chunk))
+                .map_or(0, |v| u16::from_le_bytes(*v)),
+            contract: contract_of(file),
+        }
+    }
+}
+
+/// Hash of the contract of a policy's file, 0 if the bytes are no such file.
+#[must_use]
+pub fn contract_of(file: &[u8]) -> u64 {
+    let blob = Blob::decode(file);
+    blob.map_or(0, |blob| contract(blob.header(), blob.tables().labels))
+}
+
+fn stored_crc(file: &[u8]) -> u32 {
+    let last = file.last_chunk();
+    last.map_or(0, |stored| u32::from_le_bytes(*stored))
 }
 
 /// The board's versions and the policy that it runs.
@@ -161,9 +316,7 @@ impl Identity {
             format: VERSION,
             instruction_set: FINGERPRINT,
             policy_bytes: u32::try_from(file.len()).unwrap_or(u32::MAX),
-            policy_crc: file
-                .last_chunk()
-                .map_or(0, |stored| u32::from_le_bytes(*stored)),
+            policy_crc: stored_crc(file),
             provenance: policy.header().provenance,
             slot: 0,
             damaged: 0,
@@ -181,8 +334,8 @@ pub const fn checksum(bytes: &[u8]) -> u32 {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameTooLong;
 
-impl core::fmt::Display for FrameTooLong {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for FrameTooLong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "message does not fit the buffer of a frame")
     }
 }

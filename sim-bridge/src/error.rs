@@ -195,15 +195,25 @@ pub enum BridgeError {
         /// What to do.
         advice: &'static str,
     },
+    /// The new policy is for another robot than the board's confirmed one.
+    #[error(
+        "policy is for another robot than that of the controller at {path}: {}; nothing was written, and --force sends it \
+         all the same",
+        differences.join("; ")
+    )]
+    OtherRobot {
+        /// The line.
+        path: String,
+        /// What differs, with both values.
+        differences: Vec<String>,
+    },
     /// The board refused a request.
-    #[error("controller at {path} refused the request: {reason} {detail}")]
+    #[error("controller at {path} refused the request: {reason}")]
     BoardRefused {
         /// The line.
         path: String,
         /// Why.
-        reason: &'static str,
-        /// The number that this is about.
-        detail: u32,
+        reason: String,
     },
     /// The handler of Ctrl-C cannot be installed.
     #[error("cannot watch for Ctrl-C")]
@@ -245,6 +255,7 @@ impl BridgeError {
             | Self::Unplugged { .. }
             | Self::NoAnswer { .. }
             | Self::OtherBoard { .. }
+            | Self::OtherRobot { .. }
             | Self::BoardRefused { .. } => Status::Peer,
             Self::Interrupted => Status::Interrupted,
         }

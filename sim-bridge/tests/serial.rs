@@ -17,9 +17,10 @@ use support::{Folder, Process, WATCHDOG, policy};
 use tpg_board::serial::Session;
 use tpg_board::sim::SimFlash;
 use tpg_board::trial::Generator;
+use tpg_runtime::wire::SlotState;
 use tpg_runtime::{Agent, HostAgent, Policy, Reset, Width};
 use tpg_sim_bridge::RemoteController;
-use tpg_sim_bridge::serial::{SerialPath, update};
+use tpg_sim_bridge::serial::{SerialPath, Updater};
 use tpg_tasks::eval::Controller as _;
 
 /// What happens to bytes on a line.
@@ -55,10 +56,10 @@ impl Faults {
 
 type Roomy<W> = Agent<'static, W, 4096, 64, 16, 48>;
 
-/// A board that answers until its line closes; `most` frames at most.
+/// A board that answers on one line after another until each closes; `most` frames at most.
 fn run_board<W: Width>(
     file: &'static [u8],
-    line: &mut (impl Read + Write),
+    lines: impl Iterator<Item = impl Read + Write>,
     faults: Faults,
     most: u32,
 ) {
@@ -68,18 +69,19 @@ fn run_board<W: Width>(
     let mut session = Session::start(file, Some(flash), &mut agent).expect("it fits");
     let mut noise = Generator::new(7);
     let (mut buffer, mut sent) = ([0; 64], 0);
-    while let Ok(len) = line.read(&mut buffer) {
-        if len == 0 {
-            return;
-        }
-        for byte in faults.pass(&mut noise, &buffer[..len]) {
-            let answer = session.take(&mut agent, byte).to_vec();
-            if answer.is_empty() {
-                continue;
-            }
-            sent += 1;
-            if sent > most || line.write_all(&faults.pass(&mut noise, &answer)).is_err() {
-                return;
+    for mut line in lines {
+        while let Ok(len @ 1..) = line.read(&mut buffer) {
+            for byte in faults.pass(&mut noise, &buffer[..len]) {
+                let answer = session.take(&mut agent, byte).to_vec();
+                if answer.is_empty() {
+                    continue;
+                }
+                sent += 1;
+                if sent > most {
+                    return;
+                }
+                // A host that has left is noticed when the line is read.
+                let _ = line.write_all(&faults.pass(&mut noise, &answer));
             }
         }
     }
@@ -97,10 +99,10 @@ fn board(folder: &Path, file: Vec<u8>, faults: Faults, most: u32) -> Board {
     let listener = UnixListener::bind(&path).expect("a socket");
     let file: &'static [u8] = file.leak();
     let thread = thread::spawn(move || {
-        let mut line = listener.accept().expect("a host").0;
+        let lines = listener.incoming().map_while(Result::ok);
         match Policy::load(file).expect("valid").header().width {
-            1 => run_board::<tpg_runtime::Fixed<1>>(file, &mut line, faults, most),
-            _ => run_board::<tpg_runtime::Fixed<3>>(file, &mut line, faults, most),
+            1 => run_board::<tpg_runtime::Fixed<1>>(file, lines, faults, most),
+            _ => run_board::<tpg_runtime::Fixed<3>>(file, lines, faults, most),
         }
     });
     Board {
@@ -214,6 +216,30 @@ fn garbage_is_counted_and_never_acted_on() {
     assert!(!error.contains(" 0 damaged"), "{error}");
 }
 
+/// The far end of a pseudo-terminal. It cannot be read before the near end is open.
+struct Patient(TTYPort);
+
+impl Read for Patient {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            if let Ok(len) = self.0.read(buffer) {
+                return Ok(len);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Write for Patient {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
+}
+
 #[test]
 fn a_tty_serves_as_well() {
     let (mut far, near) = TTYPort::pair().expect("a pseudo-terminal");
@@ -225,7 +251,9 @@ fn a_tty_serves_as_well() {
     drop(near);
     let file = policy::hopper();
     let bytes: &'static [u8] = file.clone().leak();
-    thread::spawn(move || run_board::<tpg_runtime::Fixed<3>>(bytes, &mut far, CLEAN, u32::MAX));
+    thread::spawn(move || {
+        run_board::<tpg_runtime::Fixed<3>>(bytes, std::iter::once(Patient(far)), CLEAN, u32::MAX);
+    });
     // A process that another test is just starting has the near end open too, until it becomes its program.
     let remote = (0..100).find_map(|_| match connect(&file, &place, WATCHDOG) {
         Err(error) if error.contains("cannot open") => {
@@ -248,9 +276,100 @@ fn an_update_over_a_bad_line_changes_over() {
     let board = board(folder.path(), policy::cartpole(1), faults, u32::MAX);
     let file = policy::cartpole(2);
     let new = Policy::load(&file).expect("valid");
-    let updated = update(&new, &file, &board.place, WATCHDOG).expect("it changes over");
+    let updater = || Updater::connect(&board.place, WATCHDOG).expect("a board");
+    let updated = updater()
+        .update(&new, &file, false)
+        .expect("it changes over");
     assert_eq!((updated.before.slot, updated.after.slot), (0, 1));
     assert_eq!(updated.after.provenance, [2; 16]);
+    assert!(!updated.confirmed);
+    let states = |listed: tpg_sim_bridge::serial::Listed| {
+        let states = listed.0.iter().map(|slot| (slot.state, slot.in_use));
+        states.collect::<Vec<_>>()
+    };
+    assert_eq!(
+        states(updater().list().expect("slots")),
+        [
+            (SlotState::Confirmed, false),
+            (SlotState::Unconfirmed, true),
+            (SlotState::Empty, false)
+        ]
+    );
+    let reverted = updater().revert().expect("a policy before it");
+    assert_eq!((reverted.before.slot, reverted.after.slot), (1, 0));
+    assert!(reverted.confirmed);
+    let error = updater().revert().expect_err("none before it").to_string();
+    assert!(error.contains("none comes before that"), "{error}");
+    updater()
+        .update(&new, &file, false)
+        .expect("it changes over");
+    let erased = updater().erase().expect("erased");
+    assert_eq!(erased.after.slot, 0);
+}
+
+#[test]
+fn the_command_compares_forces_lists_reverts_and_erases() {
+    let folder = Folder::new();
+    let file = folder.file("new.tpg", &policy::cartpole(2));
+    let slow = folder.file("slow.tpg", &policy::cartpole_every(3, 50_000));
+    let hopper = folder.file("hopper.tpg", &policy::hopper());
+    let [slow, hopper] = [&slow, &hopper].map(|path| path.to_str().expect("text"));
+    let place = tempfile::tempdir().expect("a folder");
+    let board = board(place.path(), policy::cartpole(1), CLEAN, u32::MAX);
+    let controller = format!("serial:{}", board.path.display());
+    let update = |arguments: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_tpg-update"))
+            .args(arguments)
+            .args(["--controller", &controller])
+            .output()
+            .expect("the program is built");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+        (
+            output.status.code(),
+            text(output.stdout) + &text(output.stderr),
+        )
+    };
+    let file = file.to_str().expect("text");
+    let shown = [
+        (
+            &[file][..],
+            Some(0),
+            "the board reverts it at its next start",
+        ),
+        (&["--list"], Some(0), "not confirmed yet, in use"),
+        (
+            &[slow],
+            Some(4),
+            "control period is 20 ms on the board, 50 ms in the new policy; nothing was written",
+        ),
+        (
+            &[hopper],
+            Some(4),
+            "observation has 4 values on the board, 11 values in the new policy",
+        ),
+        (&["--list"], Some(0), "not confirmed yet, in use"),
+        (
+            &[slow, "--force"],
+            Some(0),
+            "forced: control period is 20 ms on the board, 50 ms in the new policy",
+        ),
+        (&["--revert"], Some(0), "in slot 0"),
+        (&[slow, "--force"], Some(0), "in slot 1"),
+        (&[file], Some(0), "in slot 1"),
+        (&["--list", "--json"], Some(0), "\"state\":\"unconfirmed\""),
+        (&["--revert"], Some(0), "in slot 0"),
+        (&["--revert"], Some(4), "none comes before that"),
+        (&["--list"], Some(0), "slot 1: empty"),
+        (&["--erase"], Some(0), "in slot 0"),
+        (&["--erase", "--list"], Some(2), "cannot be used with"),
+        (&[file, "--list"], Some(2), "cannot be used with"),
+        (&[], Some(2), "required"),
+    ];
+    for (arguments, status, text) in shown {
+        let (code, said) = update(arguments);
+        assert_eq!(code, status, "{arguments:?}: {said}");
+        assert!(said.contains(text), "{arguments:?}: {said}");
+    }
 }
 
 #[test]

@@ -1,12 +1,11 @@
 //! Policies made by hand, so that a test knows what must happen in them.
 
-use std::sync::Arc;
-
 use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::Op;
 use tpg_tasks::task::{self, ActionSpace};
 use tpg_trainer::evolve::{
-    Action, ActionPrograms, Instruction, Population, Program, Shape, Source, Team, TeamId,
+    Action, ActionPrograms, Constants, Instruction, Population, Program, Registers, Shape, Source,
+    Team, TeamId,
 };
 use tpg_trainer::lower::{Mode, PolicySpec, lower};
 
@@ -69,14 +68,15 @@ fn add_team(
     stream_key: u32,
     next: Option<TeamId>,
 ) -> TeamId {
-    let constants = |len: usize, salt: usize| -> Arc<[f32]> {
-        let value = |k: usize| ((k * 37 + salt * 11) % 101) as f32 / 50.0 - 1.0;
-        (0..len).map(value).collect()
+    // Registers and slots that need none have constants too: exported policies leave them out.
+    let constants = |salt: usize| {
+        let mut values = (0..).map(|k: usize| ((k * 37 + salt * 11) % 101) as f32 / 50.0 - 1.0);
+        Constants::new(Registers::ALL, shape.width, || values.next().unwrap_or(0.0))
     };
     let key = stream_key as usize;
     let program = |action: Action, salt: usize, instructions: Vec<Instruction>| Program {
         instructions,
-        constants: constants(shape.program_constants(), salt),
+        constants: constants(salt),
         offset: (salt % usize::from(shape.inputs)) as u16,
         action,
     };
@@ -95,7 +95,7 @@ fn add_team(
     }
     population.add_team(Team {
         members,
-        memory: constants(shape.team_constants(), key),
+        memory: constants(key),
         stream_key,
         reset_rule: None,
     })

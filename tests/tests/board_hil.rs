@@ -153,7 +153,7 @@ fn a_board_takes_a_new_policy_keeps_it_over_a_reset_and_is_missed_when_unplugged
             "hil",
             text(file),
             "--episodes",
-            "1",
+            "20",
             "--controller",
             &controller,
         ];
@@ -175,20 +175,41 @@ fn a_board_takes_a_new_policy_keeps_it_over_a_reset_and_is_missed_when_unplugged
     let refused = tpg(["update", text(&foreign), "--controller", &controller]);
     assert_eq!(refused.status.code(), Some(4));
     assert!(
-        stderr(&refused).contains("does not fit the board's agent"),
+        stderr(&refused).contains("is for another robot"),
         "{refused:?}"
+    );
+    let forced = tpg([
+        "update",
+        text(&foreign),
+        "--force",
+        "--controller",
+        &controller,
+    ]);
+    assert_eq!(forced.status.code(), Some(4));
+    assert!(
+        stderr(&forced).contains("does not fit the board's agent"),
+        "{forced:?}"
     );
     assert!(
         on_board(new.path()).status.success(),
         "the policy in use stays"
     );
-    // New, but without a decision before the reset: the one before it comes back.
+    // New, but not confirmed before the reset: the one before it comes back.
     tpg_ok(&["update", text(&old), "--controller", &controller]);
+    let list = || tpg_json(&["update", "--list", "--controller", &controller, "--json"]);
+    assert_eq!(list()["slots"][2]["state"], "unconfirmed");
     emulator.command("system_reset");
     assert!(
         on_board(new.path()).status.success(),
-        "back to the last one that decided"
+        "back to the last one that was confirmed"
     );
+    // The same without a reset, then all the way back.
+    tpg_ok(&["update", text(&old), "--controller", &controller]);
+    tpg_ok(&["update", "--revert", "--controller", &controller]);
+    assert_eq!(list()["slots"][1]["in_use"], true);
+    tpg_ok(&["update", "--erase", "--controller", &controller]);
+    assert_eq!(list()["slots"][0]["in_use"], true);
+    tpg_ok(&["update", text(new.path()), "--controller", &controller]);
     let unplugged = thread::scope(|scope| {
         let run = scope.spawn(|| {
             let file = text(new.path());
@@ -211,6 +232,51 @@ fn a_board_takes_a_new_policy_keeps_it_over_a_reset_and_is_missed_when_unplugged
         stderr(&unplugged).contains("is gone: unplugged"),
         "{unplugged:?}"
     );
+}
+
+#[test]
+fn a_board_refuses_another_robots_policy_by_what_differs_takes_it_by_force_and_reverts_it() {
+    if !M4F.is_available() {
+        return;
+    }
+    let champion = |name: &str| repository().join(format!("docs/champions/{name}.tpg"));
+    let hopper = champion("hopper-b23");
+    let pendulum = champion("inverted-double-pendulum-b23");
+    let emulator = Emulator::start(*M4F, &hopper);
+    let controller = emulator.controller();
+    let refused = tpg(["update", text(&pendulum), "--controller", &controller]);
+    assert_eq!(refused.status.code(), Some(4));
+    for said in [
+        "control period is 8 ms on the board, 50 ms in the new policy",
+        "continuous with 3 outputs on the board, continuous with 1 outputs",
+        "`torso_height` in m on the board",
+        "nothing was written",
+    ] {
+        assert!(stderr(&refused).contains(said), "{said}: {refused:?}");
+    }
+    let in_use = |slot: usize| {
+        let list = tpg_json(&["update", "--list", "--controller", &controller, "--json"]);
+        assert_eq!(list["slots"][0]["contract"], "c39ae439c03d8b34");
+        assert_eq!(list["slots"][slot]["in_use"], true, "{list}");
+    };
+    in_use(0);
+    let update = |arguments: &[&str]| {
+        let command = [&["update"][..], arguments, &["--controller", &controller]];
+        let output = tpg(command.concat());
+        assert!(output.status.success(), "{output:?}");
+        output
+    };
+    let forced = update(&[text(&pendulum), "--force"]);
+    assert!(stderr(&forced).contains("forced: control period is 8 ms"));
+    in_use(1);
+    update(&["--revert"]);
+    in_use(0);
+    // Without a revert, the next update of the right robot takes its place, and a reset gives it up as well.
+    update(&[text(&pendulum), "--force"]);
+    update(&[text(&hopper)]);
+    in_use(1);
+    emulator.command("system_reset");
+    in_use(0);
 }
 
 /// A champion of the cart-pole from another run.

@@ -3,6 +3,8 @@
 //! [`Pool`](crate::pool::Pool) answers with threads of this process. Others may run episodes in another program or on other
 //! machines: a policy travels as the bytes that are scored.
 
+mod packs;
+
 use std::error::Error;
 use std::sync::Arc;
 
@@ -10,6 +12,8 @@ use tpg_tasks::eval::{Conditions, Episode};
 
 use crate::front_end::Recording;
 use crate::monitor::Monitor;
+
+pub use packs::Packs;
 
 /// Runs episodes of policies.
 ///

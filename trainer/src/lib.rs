@@ -1,4 +1,6 @@
 //! Evolves Tangled Program Graphs.
+#[cfg(feature = "mpi")]
+pub mod cluster;
 pub mod columns;
 pub mod config;
 pub mod evaluator;

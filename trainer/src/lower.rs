@@ -26,7 +26,8 @@ mod tests {
 
     use super::*;
     use crate::evolve::{
-        ActionPrograms, Child, Genes, Population, Shape, TeamId, Variation, select,
+        ActionPrograms, Child, Genes, Initial, Population, Shape, TeamId, Variation, linear_team,
+        select,
     };
     use tpg_tasks::task::{ActionSpace, Rng};
 
@@ -176,6 +177,7 @@ mod tests {
             shape,
             ops: Genes::ops_of(case.groups),
             constants: case.constants,
+            register_mode: case.mode,
             team_memory: case.memory == MemoryModel::Team,
             reset_rules: false,
         };
@@ -238,6 +240,73 @@ mod tests {
         #[test]
         fn both_modes_decide_alike_over_random_graphs(seed: u64, case in 0usize..5, generations in 0u32..12) {
             assert_modes_agree(&cases()[case], seed, generations);
+        }
+    }
+
+    /// A linear policy of Ant-v5's size, 105 inputs and 8 outputs: every input moves every output, by its gains in all windows
+    /// that see it.
+    #[test]
+    fn a_linear_policy_sees_more_inputs_than_a_vector_has() {
+        let (inputs, outputs) = (105, 8);
+        let case = Case {
+            groups: &[Group::Scalar, Group::Vector, Group::Matrix],
+            actions: ActionSpace::Continuous {
+                len: outputs,
+                low: -1000.0,
+                high: 1000.0,
+            },
+            action_programs: ActionPrograms::Winner,
+            mode: RegisterMode::Stateless,
+            memory: MemoryModel::None,
+            constants: true,
+        };
+        let shape = Shape {
+            width: 32,
+            inputs,
+            actions: case.actions,
+            action_programs: case.action_programs,
+        };
+        let genes = Genes {
+            shape,
+            ops: Genes::ops_of(case.groups),
+            constants: true,
+            register_mode: case.mode,
+            team_memory: false,
+            reset_rules: false,
+        };
+        let mut rng = Rng::new(1);
+        let mut population = Population::default();
+        let root = linear_team(&mut population, &genes, Initial::Linear, &mut rng);
+        let spec = policy_spec(&case, shape);
+        let zeros = lower(&population, root, &spec, [0; 16], None, Mode::Compact);
+        let zeros = zeros.expect("small enough");
+        let sites = constant_sites(&population, root, &spec);
+        // The gain of a site tells its place: small whole numbers, whose sums are exact.
+        let gains: Vec<f32> = (0..sites.len()).map(|k| (k % 251) as f32 + 1.0).collect();
+        let blob = with_constants(&zeros, &gains).expect("as many");
+        let policy = Policy::load(&blob).expect("valid");
+        assert_eq!(
+            policy.header().window,
+            inputs,
+            "no window runs over the end"
+        );
+        let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
+        let mut act = |observation: &[f32]| -> Vec<f32> {
+            agent.reset(Reset::Agent, 0);
+            match agent.decide(observation).expect("the right length").action {
+                Action::Continuous(values) => values.to_vec(),
+                Action::Discrete(_) => panic!("continuous"),
+            }
+        };
+        let mut observation = vec![0.0; usize::from(inputs)];
+        let offsets = act(&observation);
+        for input in 0..usize::from(inputs) {
+            observation[input] = 1.0;
+            let changed = act(&observation);
+            observation[input] = 0.0;
+            let moved = changed.iter().zip(&offsets).map(|(x, zero)| x - zero);
+            let moved: Vec<f32> = moved.collect();
+            assert!(moved.iter().all(|x| *x >= 1.0), "{input}: {moved:?}");
         }
     }
 }

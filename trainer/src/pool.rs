@@ -1,16 +1,22 @@
 //! Scoring many policies at once on the threads of this process, the same for any number of them.
 
+mod worker;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use tpg_runtime::{HostAgent, Policy, Reset};
+use tpg_runtime::{HostAgent, Policy};
 
-use tpg_tasks::eval::{Arena, Conditions, Episode};
+use tpg_tasks::eval::{Arena, Episode};
 
-use crate::evaluator::{Alone, AloneScore, Batch, Evaluator, EvaluatorError, Job, job_seeds, jobs};
-use crate::front_end::{Recorded, Recorder, Recording};
-use crate::monitor::{EndedEarly, Monitor, Stoppable};
+use crate::evaluator::{Alone, AloneScore, Batch, Evaluator, EvaluatorError, job_seeds, jobs};
+use crate::front_end::Recording;
+use crate::monitor::Monitor;
+
+pub use worker::Spent;
+use worker::timed;
+pub(crate) use worker::{Episodes, Ran, RecordingArena, Worker};
 
 /// One arena for each thread.
 pub struct Pool {
@@ -20,35 +26,12 @@ pub struct Pool {
     monitor: Arc<Monitor>,
 }
 
-/// Time that threads spent, summed over them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Spent {
-    /// Making the bytes of policies.
-    pub lowering: Duration,
-    /// Decoding and checking them, and putting them into agents.
-    pub loading: Duration,
-    /// Episodes: tasks, wrappers and decisions.
-    pub episodes: Duration,
-    /// Nothing: the line was empty, and other threads were still at work.
-    pub idle: Duration,
-}
-
-/// An arena, with a recorder once something has been recorded in it.
-struct RecordingArena {
-    arena: Arena,
-    recorder: Option<Recorder>,
-}
-
 impl Pool {
     /// A pool of as many threads as there are arenas, at least one.
     #[must_use]
     pub fn new(arenas: Vec<Arena>) -> Self {
-        let arenas = arenas.into_iter().map(|arena| RecordingArena {
-            arena,
-            recorder: None,
-        });
         Pool {
-            arenas: arenas.collect(),
+            arenas: arenas.into_iter().map(RecordingArena::new).collect(),
             spent: Spent::default(),
             recordings: Vec::new(),
             monitor: Arc::default(),
@@ -87,7 +70,16 @@ impl Evaluator for Pool {
                 if monitor.stopped() {
                     break;
                 }
-                done.push((job, worker.score(job, &blobs, batch, arena, monitor)));
+                // Whoever needs the policy first makes its bytes.
+                let bytes = || blobs[job.policy].get_or_init(|| (batch.make)(job.policy));
+                let episodes = Episodes {
+                    seeds: job_seeds(job, batch.episode_seeds, batch.episodes),
+                    conditions: batch.conditions,
+                    record: batch.record,
+                };
+                let ran =
+                    worker.score(job.policy, || bytes().as_deref(), &episodes, arena, monitor);
+                done.push((job, ran));
             }
             (done, worker.spent, started.elapsed())
         };
@@ -145,13 +137,12 @@ impl Evaluator for Pool {
         let arena = self.arenas.first_mut();
         let ran = timed(&mut self.spent.episodes, || {
             arena.map_or_else(Ran::default, |arena| {
-                arena.run(
-                    &mut agent,
-                    alone.episode_seeds,
-                    alone.conditions,
-                    alone.record,
-                    monitor,
-                )
+                let episodes = Episodes {
+                    seeds: alone.episode_seeds,
+                    conditions: alone.conditions,
+                    record: alone.record,
+                };
+                arena.run(&mut agent, &episodes, monitor)
             })
         });
         if self.monitor.stopped() {
@@ -163,115 +154,6 @@ impl Evaluator for Pool {
 
     fn take_recordings(&mut self) -> Vec<Recording> {
         std::mem::take(&mut self.recordings)
-    }
-}
-
-/// A thread's agent, made at its first policy and loaded with one after another.
-#[derive(Default)]
-struct Worker<'b> {
-    agent: Option<Box<HostAgent<'b>>>,
-    loaded: Option<usize>,
-    spent: Spent,
-}
-
-impl<'b> Worker<'b> {
-    /// The job's episodes, unless its policy is none.
-    fn score(
-        &mut self,
-        job: &Job,
-        blobs: &'b [OnceLock<Option<Vec<u8>>>],
-        batch: &Batch<'_>,
-        arena: &mut RecordingArena,
-        monitor: &Monitor,
-    ) -> Option<Ran> {
-        if self.loaded != Some(job.policy) {
-            self.loaded = None;
-            // Whoever needs the policy first makes its bytes.
-            let bytes = timed(&mut self.spent.lowering, || {
-                blobs[job.policy].get_or_init(|| (batch.make)(job.policy))
-            });
-            timed(&mut self.spent.loading, || {
-                let policy = Policy::load(bytes.as_deref()?).ok()?;
-                match &mut self.agent {
-                    Some(agent) => agent.load(policy).ok()?,
-                    None => self.agent = Some(Box::new(HostAgent::new(policy).ok()?)),
-                }
-                Some(())
-            })?;
-            self.loaded = Some(job.policy);
-        }
-        let agent = self.agent.as_deref_mut()?;
-        let seeds = job_seeds(job, batch.episode_seeds, batch.episodes);
-        let spent = &mut self.spent.episodes;
-        Some(timed(spent, || {
-            arena.run(agent, seeds, batch.conditions, batch.record, monitor)
-        }))
-    }
-}
-
-/// Adds the time that something takes.
-fn timed<T>(sum: &mut Duration, something: impl FnOnce() -> T) -> T {
-    let started = Instant::now();
-    let result = something();
-    *sum += started.elapsed();
-    result
-}
-
-/// Episodes that one policy ran, with what they showed if that is recorded.
-#[derive(Default)]
-struct Ran {
-    episodes: Vec<Episode>,
-    recordings: Vec<Recording>,
-}
-
-impl RecordingArena {
-    fn run(
-        &mut self,
-        agent: &mut HostAgent<'_>,
-        episode_seeds: &[u64],
-        conditions: Conditions,
-        record: bool,
-        monitor: &Monitor,
-    ) -> Ran {
-        let RecordingArena { arena, recorder } = self;
-        arena.impose(conditions);
-        let mut ran = Ran::default();
-        ran.episodes.reserve_exact(episode_seeds.len());
-        for (k, seed) in episode_seeds.iter().enumerate() {
-            let what = if k == 0 { Reset::Agent } else { Reset::Episode };
-            let inner = &mut *agent;
-            let episode = if record {
-                let recorder = recorder.get_or_insert_with(|| {
-                    let spec = arena.task().spec();
-                    Recorder::new(
-                        arena.wrappers().inputs().len(),
-                        spec.actions,
-                        spec.max_steps,
-                    )
-                });
-                let inner = Recorded { inner, recorder };
-                let mut stoppable = Stoppable { inner, monitor };
-                let episode = arena.episode(&mut stoppable, what, *seed);
-                let recording = episode.is_ok().then(|| stoppable.inner.recorder.finish());
-                ran.recordings.extend(recording);
-                episode
-            } else {
-                arena.episode(&mut Stoppable { inner, monitor }, what, *seed)
-            };
-            match episode {
-                Ok(episode) => {
-                    monitor.count(episode.steps);
-                    if episode.unstable {
-                        monitor.note_instability(|| arena.task().instability());
-                    }
-                    ran.episodes.push(episode);
-                }
-                // The policy was lowered for this arena, so its observations have the right length.
-                Err(EndedEarly::Unfit) => {}
-                Err(EndedEarly::Stopped) => break,
-            }
-        }
-        ran
     }
 }
 

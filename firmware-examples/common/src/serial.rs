@@ -1,6 +1,9 @@
 //! The board's side of a serial line. Requests arrive one byte at a time. Answers leave as whole frames.
 
-use tpg_runtime::wire::{self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request};
+use tpg_runtime::blob::{Blob, contract, contract_bytes};
+use tpg_runtime::wire::{
+    self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, SlotState, Stored,
+};
 use tpg_runtime::{Action, Agent, Capacities, CapacityError, Policy, Reset, Width};
 
 use crate::slots::{Flash, Refused, Slots};
@@ -10,6 +13,8 @@ use crate::trial::MAX_OBSERVATION;
 const MAX_ACTION: usize = 32;
 /// Size of the longest frame, in bytes. It carries an observation or a part of a policy file.
 const FRAME: usize = 512 + OVERHEAD;
+/// Number of good periods after which a new policy is confirmed, unless the application says otherwise.
+pub const GOOD_PERIODS: u32 = 100;
 
 /// The state of a connection to a host, and the policies that the board stores.
 #[derive(Debug)]
@@ -21,6 +26,11 @@ pub struct Session<F> {
     last: Option<u32>,
     built_in: &'static [u8],
     slots: Option<Slots<F>>,
+    /// Decisions of the policy in use since it was put into use, or since a refused observation.
+    good: u32,
+    confirm_after: u32,
+    /// Contract of the policy that is being stored, as the host announced it.
+    announced: u64,
 }
 
 impl<F: Flash> Session<F> {
@@ -55,7 +65,25 @@ impl<F: Flash> Session<F> {
             last: None,
             built_in,
             slots,
+            good: 0,
+            confirm_after: GOOD_PERIODS,
+            announced: 0,
         })
+    }
+
+    /// Sets after how many good periods in a row a new policy is confirmed. A period is good if the policy decided.
+    ///
+    /// `u32::MAX` leaves it to the application, which knows its plant, to call [`confirm`](Self::confirm).
+    pub const fn confirm_after(&mut self, periods: u32) {
+        self.confirm_after = periods;
+    }
+
+    /// Confirms the policy in use. A policy that is not confirmed is reverted at the next start.
+    ///
+    /// # Errors
+    /// Those of [`Slots::confirm`].
+    pub fn confirm(&mut self) -> Result<(), Refused> {
+        self.slots.as_mut().map_or(Ok(()), Slots::confirm)
     }
 
     /// Takes the next byte from the line and returns the bytes to send. They are empty unless a request is complete.
@@ -89,6 +117,7 @@ impl<F: Flash> Session<F> {
         }
         let mut values = [0; 4 * MAX_ACTION];
         let slots = self.slots.as_mut();
+        let built_in = self.built_in;
         let message = match message {
             Request::Hello => {
                 let file = slots.as_ref().and_then(|slots| slots.active());
@@ -107,23 +136,68 @@ impl<F: Flash> Session<F> {
             }
             Request::Observe { values: seen } => {
                 let answer = decide(agent, seen, &mut values);
-                if let (Some(slots), Answer::Index { .. } | Answer::Values { .. }) = (slots, answer)
-                {
-                    slots.decided();
+                self.good = match answer {
+                    Answer::Index { .. } | Answer::Values { .. } => self.good.saturating_add(1),
+                    _ => 0,
+                };
+                if let (Some(slots), true) = (slots, self.good >= self.confirm_after) {
+                    // If the write fails, the next decision tries again.
+                    let _ = slots.confirm();
                 }
                 answer
             }
-            Request::Begin { bytes } => done(with(slots, |slots| slots.begin(bytes))),
+            Request::Begin {
+                bytes,
+                contract,
+                forced,
+            } => done(with(slots, |slots| {
+                let standing = slots.standing().unwrap_or(built_in);
+                if !forced && contract != wire::contract_of(standing) {
+                    return Err((Refusal::Robot, 0));
+                }
+                self.announced = contract;
+                slots.begin(bytes, |file| change(agent, file.unwrap_or(built_in)))
+            })),
             Request::Store { at, bytes } => done(with(slots, |slots| slots.store(at, bytes))),
             Request::Commit => done(with(slots, |slots| {
                 slots.commit(|policy| {
-                    excess(agent, policy).map_or(Ok(()), |needed| Err((Refusal::Capacity, needed)))
+                    if let Some(needed) = excess(agent, policy) {
+                        return Err((Refusal::Capacity, needed));
+                    }
+                    let contract = contract(policy.header(), policy.tables().labels);
+                    let len = policy.header().body_bytes;
+                    (contract == self.announced)
+                        .then_some(())
+                        .ok_or((Refusal::Announced, len))
                 })?;
-                // The commit has just checked the policy, so neither step fails.
-                let policy = slots.active().and_then(|file| Policy::load(file).ok());
-                policy
-                    .map_or(Ok(()), |policy| agent.load(policy))
-                    .map_err(|_| (Refusal::Policy, 0))
+                self.good = 0;
+                change(agent, slots.active().unwrap_or(built_in));
+                Ok(())
+            })),
+            Request::Slot { number: 0 } => {
+                let in_use = slots.is_none_or(|slots| slots.number() == 0);
+                let stored = Stored::new(0, SlotState::Confirmed, in_use, built_in);
+                Answer::Slot(stored)
+            }
+            Request::Slot { number } => match slots {
+                Some(slots) if number <= 2 => {
+                    let (state, file) = slots.list(number);
+                    let in_use = slots.number() == number;
+                    Answer::Slot(Stored::new(number, state, in_use, file))
+                }
+                Some(_) => done(Err((Refusal::Slot, number.into()))),
+                None => done(Err((Refusal::NoSlots, 0))),
+            },
+            Request::Contract { at } => {
+                let standing = slots.as_ref().and_then(|slots| slots.standing());
+                let (total, bytes) = excerpt(standing.unwrap_or(built_in), at, &mut values);
+                Answer::Contract { total, bytes }
+            }
+            Request::Revert => done(with(slots, |slots| {
+                slots.revert(|file| change(agent, file.unwrap_or(built_in)))
+            })),
+            Request::Erase { number } => done(with(slots, |slots| {
+                slots.erase(number, |file| change(agent, file.unwrap_or(built_in)))
             })),
         };
         self.last = Some(seq);
@@ -161,6 +235,40 @@ fn excess<
         .find(|(needed, available)| needed > available);
     let width = (needed.width != width).then_some(needed.width);
     width.or(excess.map(|(needed, _)| needed)).map(|n| n as u32)
+}
+
+/// The length of a policy's contract, and its bytes from `at` on, as many as fit `buffer`.
+fn excerpt<'b>(file: &[u8], at: u32, buffer: &'b mut [u8]) -> (u32, &'b [u8]) {
+    let (mut total, mut len) = (0_u32, 0);
+    if let Ok(blob) = Blob::decode(file) {
+        contract_bytes(blob.header(), blob.tables().labels, |part| {
+            for byte in part {
+                let place = total.checked_sub(at).map(|place| place as usize);
+                if let Some(place) = place.and_then(|place| buffer.get_mut(place)) {
+                    *place = *byte;
+                    len += 1;
+                }
+                total = total.saturating_add(1);
+            }
+        });
+    }
+    (total, buffer.get(..len).unwrap_or_default())
+}
+
+/// Changes over to a policy that was loaded before and fits, so neither step fails.
+fn change<
+    W: Width,
+    const WORDS: usize,
+    const PROGRAMS: usize,
+    const TEAMS: usize,
+    const STREAMS: usize,
+>(
+    agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+    file: &'static [u8],
+) {
+    if let Ok(policy) = Policy::load(file) {
+        let _ = agent.load(policy);
+    }
 }
 
 fn with<F: Flash>(

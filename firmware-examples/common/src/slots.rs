@@ -1,22 +1,25 @@
-//! Two slots for policies in flash memory. A new policy is stored and checked in one slot while the old one stays in
-//! the other. The old one stays until the new one has made a decision. The power can fail at any point, and the next
-//! start still finds a working policy.
+//! Two slots for policies in flash memory. A new policy is stored and checked in one slot while the confirmed one stays
+//! in the other, until the application has [confirmed](Slots::confirm) the new one. A policy that was not confirmed is
+//! reverted at the next start. The power can fail at any point, and the next start still finds a working policy.
 //!
 //! A slot starts with two marks of 16 bytes. Each mark is written once after an erase. The policy's file follows:
 //!
 //! | at | mark | written |
 //! |---|---|---|
 //! | 0 | record: `TPGS`, sequence number, bytes of the policy, CRC-32 of these | when the policy has been checked |
-//! | 16 | confirmed | when the policy has made a decision |
+//! | 16 | confirmed | when the application has confirmed the policy |
 //! | 32 | the policy's file | first |
 //!
 //! At start the board uses the newest confirmed policy. If there is none, it uses the policy built into the firmware.
+//!
+//! A policy is read in place. So every step that erases the policy in use takes a function `change`, which it calls
+//! first: the caller has to change over to the given file, or to the built-in policy if there is none.
 
 use core::ops::Range;
 
 pub use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use tpg_runtime::Policy;
-use tpg_runtime::wire::{Refusal, checksum};
+use tpg_runtime::wire::{Refusal, SlotState, checksum};
 
 /// Flash memory that holds the two slots. Each slot takes one half. A program can read the memory in place.
 pub trait Flash: NorFlash {
@@ -52,6 +55,8 @@ struct Incoming {
 #[derive(Debug)]
 pub struct Slots<F> {
     flash: F,
+    /// Whether each slot holds a policy that was checked and fits.
+    checked: [bool; 2],
     active: Option<Found>,
     confirmed: bool,
     incoming: Option<Incoming>,
@@ -66,11 +71,13 @@ impl<F: Flash> Slots<F> {
         const { assert!(MARK.is_multiple_of(F::WRITE_SIZE), "marks are 16 bytes") };
         let mut slots = Slots {
             flash,
+            checked: [false; 2],
             active: None,
             confirmed: true,
             incoming: None,
         };
-        let confirmed = [0, 1].map(|slot| slots.found(slot, &fits));
+        slots.checked = [0, 1].map(|slot| slots.works(slot, &fits));
+        let confirmed = [0, 1].map(|slot| slots.confirmed(slot));
         slots.active = (confirmed.into_iter().flatten()).max_by_key(|found| found.sequence);
         slots
     }
@@ -78,8 +85,17 @@ impl<F: Flash> Slots<F> {
     /// The file of the policy in use. `None` if the policy is the one built into the firmware.
     #[must_use]
     pub fn active(&self) -> Option<&'static [u8]> {
-        let found = self.active?;
-        Some(self.file(found.slot, found.bytes))
+        self.active.map(|found| self.file(found.slot, found.bytes))
+    }
+
+    /// The file that the next start uses if the policy in use is not confirmed by then. `None` is the built-in policy.
+    #[must_use]
+    pub fn standing(&self) -> Option<&'static [u8]> {
+        let found = match self.active {
+            Some(active) if !self.confirmed => self.confirmed(1 - active.slot),
+            active => active,
+        };
+        found.map(|found| self.file(found.slot, found.bytes))
     }
 
     /// The number of the slot in use: 1 or 2. It is 0 if the policy is the one built into the firmware.
@@ -88,37 +104,100 @@ impl<F: Flash> Slots<F> {
         self.active.map_or(0, |found| found.slot as u8 + 1)
     }
 
-    /// Confirms a new policy. Call this after the policy in use has made a decision.
-    pub fn decided(&mut self) {
-        if let (false, Some(found)) = (self.confirmed, self.active) {
-            // If the write fails, the next decision tries again.
-            let mark = self.start(found.slot) + CONFIRMED;
-            self.confirmed = self.flash.write(mark, &SET).is_ok();
-        }
+    /// Whether the policy in use is confirmed. The one built into the firmware always is.
+    #[must_use]
+    pub const fn is_confirmed(&self) -> bool {
+        self.confirmed
     }
 
-    /// Erases the slot that is not in use, to make room for a new policy of `bytes` bytes.
+    /// State and file of slot 1 or 2. The file is empty if the slot holds no whole record.
+    #[must_use]
+    pub fn list(&self, number: u8) -> (SlotState, &'static [u8]) {
+        let slot = match number {
+            1 => 0,
+            2 => 1,
+            _ => return (SlotState::Empty, &[]),
+        };
+        let Some(found) = self.record(slot) else {
+            return (SlotState::Empty, &[]);
+        };
+        let checked = self.checked.get(slot as usize) == Some(&true);
+        let state = match (checked, self.confirmed(slot)) {
+            (false, _) => SlotState::Unusable,
+            (true, None) => SlotState::Unconfirmed,
+            (true, Some(_)) => SlotState::Confirmed,
+        };
+        (state, self.file(slot, found.bytes))
+    }
+
+    /// Confirms the policy in use. Call this when it has controlled the plant well for a number of periods.
     ///
     /// # Errors
-    /// - [`Refusal::Untried`] if the policy in use is not confirmed yet.
+    /// [`Refusal::Memory`] with the mark's offset if the mark cannot be written. The policy is then reverted at the next
+    /// start, unless a later call succeeds.
+    pub fn confirm(&mut self) -> Result<(), Refused> {
+        if let (false, Some(found)) = (self.confirmed, self.active) {
+            let mark = self.start(found.slot) + CONFIRMED;
+            let written = self.flash.write(mark, &SET);
+            written.map_err(|_| (Refusal::Memory, mark))?;
+            self.confirmed = true;
+        }
+        Ok(())
+    }
+
+    /// Gives up the policy in use and erases its slot. The confirmed policy of the other slot takes its place, or the
+    /// built-in one.
+    ///
+    /// # Errors
+    /// - [`Refusal::Oldest`] if the policy in use is the built-in one.
+    /// - [`Refusal::Memory`] with the slot's offset if the erase fails. The caller has changed over all the same.
+    pub fn revert(&mut self, change: impl FnOnce(Option<&'static [u8]>)) -> Result<(), Refused> {
+        let active = self.active.ok_or((Refusal::Oldest, 0))?;
+        self.give_up(active, change);
+        self.wipe(active.slot)
+    }
+
+    /// Erases slot 1 or 2. If it is the one in use, this is a [`revert`](Self::revert).
+    ///
+    /// # Errors
+    /// [`Refusal::Slot`] with the number if there is no such slot, and [`Refusal::Memory`] as for a revert.
+    pub fn erase(
+        &mut self,
+        number: u8,
+        change: impl FnOnce(Option<&'static [u8]>),
+    ) -> Result<(), Refused> {
+        let slot = match number {
+            1 => 0,
+            2 => 1,
+            _ => return Err((Refusal::Slot, u32::from(number))),
+        };
+        match self.active {
+            Some(active) if active.slot == slot => self.give_up(active, change),
+            _ => {}
+        }
+        self.wipe(slot)
+    }
+
+    /// Erases the slot that is not in use, to make room for a new policy of `bytes` bytes. A policy in use that is not
+    /// confirmed is given up for that, so that the confirmed one stays.
+    ///
+    /// # Errors
     /// - [`Refusal::Room`] with the room in bytes if the policy is too large.
     /// - [`Refusal::Memory`] with the slot's offset if the erase fails.
-    pub fn begin(&mut self, bytes: u32) -> Result<(), Refused> {
-        if !self.confirmed {
-            return Err((Refusal::Untried, 0));
-        }
+    pub fn begin(
+        &mut self,
+        bytes: u32,
+        change: impl FnOnce(Option<&'static [u8]>),
+    ) -> Result<(), Refused> {
         let room = self.size() - POLICY;
         if bytes > room {
             return Err((Refusal::Room, room));
         }
-        let slot = match self.active {
-            Some(found) => 1 - found.slot,
-            None => 0,
-        };
-        self.incoming = None;
-        let from = self.start(slot);
-        let erased = self.flash.erase(from, from + self.size());
-        erased.map_err(|_| (Refusal::Memory, from))?;
+        if let (false, Some(active)) = (self.confirmed, self.active) {
+            self.give_up(active, change);
+        }
+        let slot = self.active.map_or(0, |found| 1 - found.slot);
+        self.wipe(slot)?;
         self.incoming = Some(Incoming {
             slot,
             bytes,
@@ -167,8 +246,8 @@ impl<F: Flash> Slots<F> {
         Ok(())
     }
 
-    /// Checks the new policy and puts it into use. The old policy stays in its slot until the new one has
-    /// [made a decision](Self::decided).
+    /// Checks the new policy and puts it into use. The old policy stays in its slot at least until the new one is
+    /// [confirmed](Self::confirm).
     ///
     /// # Errors
     /// - [`Refusal::Order`] with the bytes stored so far if parts are missing, or 0 if no update has begun.
@@ -196,9 +275,30 @@ impl<F: Flash> Slots<F> {
         let start = self.start(found.slot);
         let written = self.flash.write(start, &encode(&found));
         written.map_err(|_| (Refusal::Memory, start))?;
+        if let Some(checked) = self.checked.get_mut(found.slot as usize) {
+            *checked = true;
+        }
         self.active = Some(found);
         self.confirmed = false;
         Ok(())
+    }
+
+    /// Puts the confirmed policy of the other slot into use, or the built-in one.
+    fn give_up(&mut self, active: Found, change: impl FnOnce(Option<&'static [u8]>)) {
+        self.active = self.confirmed(1 - active.slot);
+        self.confirmed = true;
+        change(self.active());
+    }
+
+    /// Erases a slot that nothing reads any more.
+    fn wipe(&mut self, slot: u32) -> Result<(), Refused> {
+        self.incoming = None;
+        if let Some(checked) = self.checked.get_mut(slot as usize) {
+            *checked = false;
+        }
+        let from = self.start(slot);
+        let erased = self.flash.erase(from, from + self.size());
+        erased.map_err(|_| (Refusal::Memory, from))
     }
 
     /// The size of a slot in bytes. It is a multiple of the erase size.
@@ -236,14 +336,18 @@ impl<F: Flash> Slots<F> {
         (whole && found.bytes <= self.size() - POLICY).then_some(found)
     }
 
-    /// The policy of a slot. `None` if it is not confirmed, is invalid or does not fit.
-    fn found(&self, slot: u32, fits: impl Fn(&Policy<'static>) -> bool) -> Option<Found> {
+    /// The policy of a slot. `None` if it was not checked or not confirmed.
+    fn confirmed(&self, slot: u32) -> Option<Found> {
+        let checked = self.checked.get(slot as usize) == Some(&true);
         let found = self.record(slot)?;
-        if self.mark(slot, CONFIRMED) != SET {
-            return None;
-        }
-        let policy = Policy::load(self.file(slot, found.bytes)).ok()?;
-        fits(&policy).then_some(found)
+        (checked && self.mark(slot, CONFIRMED) == SET).then_some(found)
+    }
+
+    /// Whether a slot holds a valid policy that fits.
+    fn works(&self, slot: u32, fits: impl Fn(&Policy<'static>) -> bool) -> bool {
+        let file = (self.record(slot)).map(|found| self.file(slot, found.bytes));
+        let policy = file.and_then(|file| Policy::load(file).ok());
+        policy.is_some_and(|policy| fits(&policy))
     }
 }
 

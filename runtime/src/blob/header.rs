@@ -50,6 +50,15 @@ impl ActionKind {
     pub const fn is_built(self) -> bool {
         cfg!(feature = "action-programs") || !matches!(self, Self::Each)
     }
+
+    /// Weighted operations that a member costs a decision besides its program's instructions.
+    pub(crate) const fn weight_of_member(self) -> u64 {
+        match self {
+            Self::Discrete | Self::Continuous => 4,
+            // Two more passes over the members choose for each output.
+            Self::Each => 8,
+        }
+    }
 }
 
 coded! {

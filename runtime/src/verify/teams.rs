@@ -4,8 +4,8 @@ use super::error::VerifyError;
 use super::header::{MAX_WORDS, at_most, count, require};
 use super::programs::{has_constants, within};
 use crate::blob::{ActionKind, Header, MemoryModel};
-use crate::isa::{Destination, INDEXED_CELLS, Op};
-use crate::tables::{Instruction, ProgramId, Tables, Target, Team, TeamId, span};
+use crate::isa::{Destination, INDEXED_CELLS, Op, Section};
+use crate::tables::{Instruction, Program, ProgramId, Tables, Target, Team, TeamId, span};
 
 /// Checks team memory and the cells of indexed memory, which follow the programs' registers in the state.
 ///
@@ -68,11 +68,22 @@ pub(super) fn check_memory(
     Ok(cells.1 as u32)
 }
 
+/// Programs whose reads of team memory are compared with the teams in one pass. Each takes 3 bytes of stack.
+const BLOCK: usize = 128;
+
 /// Checks the programs that each team lists.
 ///
 /// The programs must exist. At least one must have an atomic action. If each output has its own programs, every output
 /// needs at least one. The team must keep every memory slot that its programs read.
 pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
+    check_lists(header, tables)?;
+    for (index, block) in tables.programs.chunks(BLOCK).enumerate() {
+        check_reads(tables, block, index * BLOCK)?;
+    }
+    Ok(())
+}
+
+fn check_lists(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
     for number in 0..header.teams {
         let team = tables.team(TeamId(number)).unwrap_or_default();
         if team.members_len == 0 {
@@ -92,26 +103,6 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
                 exit = true;
                 given |= 1u32 << (action & 31);
             }
-            for (index, bytes) in tables.code(&program).iter().enumerate() {
-                let Some(instruction) = Instruction::from_bytes(bytes) else {
-                    continue;
-                };
-                // Instructions that write to memory have no destination. They may name a slot that the team does not
-                // keep, because such a write has no effect.
-                let Some(section) = instruction.op.section() else {
-                    continue;
-                };
-                if instruction.op.destination() == Destination::None {
-                    continue;
-                }
-                if team.kept(section) & (1u8 << (instruction.a & 7)) == 0 {
-                    return Err(VerifyError::Operand {
-                        program: member,
-                        instruction: index as u16,
-                        field: 'a',
-                    });
-                }
-            }
         }
         if !exit {
             return Err(VerifyError::NoExit { team: number });
@@ -122,4 +113,70 @@ pub(super) fn check_members(header: &Header, tables: &Tables<'_>) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// Checks that the teams keep every slot that the programs of a block read. The block begins with program `first`.
+///
+/// Reads the block's code once and the members once, however often a team lists a program.
+fn check_reads(
+    tables: &Tables<'_>,
+    block: &[[u8; Program::BYTES]],
+    first: usize,
+) -> Result<(), VerifyError> {
+    let mut read = [[0u8; 3]; BLOCK];
+    let mut any = false;
+    for (slots, bytes) in read.iter_mut().zip(block) {
+        for (_, section, slot) in reads(tables, &Program::from_bytes(bytes)) {
+            if let Some(mask) = slots.get_mut(section as usize) {
+                *mask |= slot;
+            }
+            any = true;
+        }
+    }
+    if !any {
+        return Ok(());
+    }
+    for bytes in tables.teams {
+        let team = Team::from_bytes(bytes);
+        for ProgramId(member) in tables.members(&team) {
+            let place = usize::from(member).checked_sub(first);
+            let Some(slots) = place.and_then(|place| read.get(place)) else {
+                continue;
+            };
+            if slots
+                .iter()
+                .zip(team.slots)
+                .any(|(read, kept)| read & !kept != 0)
+            {
+                return Err(slot_not_kept(tables, &team, member));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The instructions of a program that read team memory: index, section and the bit of the slot.
+///
+/// Instructions that write to memory have no destination. They may name a slot that the team does not keep, because such
+/// a write has no effect.
+fn reads(tables: &Tables<'_>, program: &Program) -> impl Iterator<Item = (u16, Section, u8)> {
+    let code = tables.code(program).iter().enumerate();
+    code.filter_map(|(index, bytes)| {
+        let instruction = Instruction::from_bytes(bytes)?;
+        let section = instruction.op.section()?;
+        let reads = instruction.op.destination() != Destination::None;
+        reads.then_some((index as u16, section, 1u8 << (instruction.a & 7)))
+    })
+}
+
+/// The error for a program that reads a slot that a team does not keep.
+fn slot_not_kept(tables: &Tables<'_>, team: &Team, member: u16) -> VerifyError {
+    let program = tables.program(ProgramId(member)).unwrap_or_default();
+    let mut reads = reads(tables, &program);
+    let instruction = reads.find(|(_, section, slot)| team.kept(*section) & slot == 0);
+    VerifyError::Operand {
+        program: member,
+        instruction: instruction.map_or(0, |(index, ..)| index),
+        field: 'a',
+    }
 }

@@ -211,8 +211,20 @@ impl Line {
     pub(super) fn refused(&self, refusal: wire::Refusal, detail: u32) -> BridgeError {
         BridgeError::BoardRefused {
             path: self.path.clone(),
-            reason: refusal.text(),
-            detail,
+            reason: refusal.explain(detail).to_string(),
+        }
+    }
+
+    /// Where the line is.
+    pub(super) fn path(&self) -> &str {
+        &self.path
+    }
+
+    pub(super) fn other(&self, difference: String, advice: &'static str) -> BridgeError {
+        BridgeError::OtherBoard {
+            path: self.path.clone(),
+            difference,
+            advice,
         }
     }
 

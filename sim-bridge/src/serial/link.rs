@@ -103,7 +103,9 @@ fn translate(seq: u64, answer: Answer<'_>) -> Result<ActionMessage, Refused> {
             }
         }
         Answer::Refused { refusal, detail } => return Err(Refused::Board(refusal, detail)),
-        Answer::Identity(_) => return Err(Refused::Invalid("kind of answer")),
+        Answer::Identity(_) | Answer::Slot(_) | Answer::Contract { .. } => {
+            return Err(Refused::Invalid("kind of answer"));
+        }
     }
     Ok(reply)
 }

@@ -38,6 +38,11 @@ fn file(
 ///
 /// State: observation 0..4, register of program 0 at 4, registers of program 1 at 5 and 6, the slot at 7.
 pub fn cartpole(provenance: u8) -> Vec<u8> {
+    cartpole_every(provenance, 20_000)
+}
+
+/// The same with another control period, in microseconds.
+pub fn cartpole_every(provenance: u8, period_us: u32) -> Vec<u8> {
     let program = |code_start, code_len, action, state_start, scalars| {
         let mut program = Program::default();
         program.code_start = code_start;
@@ -74,7 +79,7 @@ pub fn cartpole(provenance: u8) -> Vec<u8> {
     header.reset_scope = ResetScope::PerEpisode;
     header.memory_model = MemoryModel::Team;
     header.groups = Group::Scalar.bit() | Group::TeamMemory.bit();
-    header.control_period_us = 20_000;
+    header.control_period_us = period_us;
     header.provenance = [provenance; 16];
     let programs = [program(0, 2, 0, 4, 1), program(2, 3, 1, 5, 2)];
     file(&header, team, &programs, &code, ("cartpole-v1", 4))

@@ -1,7 +1,7 @@
 //! Machine instructions of decisions, counted by Valgrind's Callgrind: the same in every run, so a regression shows on
 //! any machine.
 //!
-//! Prints a line for each case, name and count, or is the process that Callgrind watches if it is given a case's name.
+//! Prints a line for each case: name, count, and what the case promised by its own account. Or it is the process that Callgrind watches, if it is given a case's name.
 //! `scripts/instruction-counts` runs this and compares with the committed counts.
 
 use std::env;
@@ -10,6 +10,8 @@ use std::process::{Command, ExitCode};
 
 use tpg_runtime::isa::Op;
 use tpg_runtime::{Agent, HostAgent, Policy};
+use tpg_test_policies::draft::Draft;
+use tpg_test_policies::hostile::{self, readers, reads};
 use tpg_test_policies::shapes::{
     ARITHMETIC, TRANSCENDENTAL, VECTORS, drifting_observations, straight, typical_graph,
 };
@@ -21,6 +23,8 @@ const SHARED: &[Op] = &[Op::ReloadS, Op::ReloadV, Op::ReloadM];
 struct Ready {
     agent: Box<HostAgent<'static>>,
     observations: Vec<Vec<f32>>,
+    /// A file to load besides, or nothing.
+    loaded: &'static [u8],
 }
 
 fn ready(bytes: Vec<u8>, observations: Vec<Vec<f32>>) -> Ready {
@@ -29,6 +33,7 @@ fn ready(bytes: Vec<u8>, observations: Vec<Vec<f32>>) -> Ready {
     Ready {
         agent,
         observations,
+        loaded: &[],
     }
 }
 
@@ -41,6 +46,24 @@ fn graph(mix: &[Op], stateful: bool) -> Ready {
     let (bytes, _) = typical_graph(mix, 9, stateful, &observations);
     let some = observations.iter().step_by(100).map(|x| x.to_vec());
     ready(bytes, some.collect())
+}
+
+/// One decision of a hostile policy.
+fn hostile(name: &str) -> Ready {
+    let drafts = hostile::decisions();
+    let draft = drafts.into_iter().find(|(other, _)| *other == name);
+    let (_, draft) = draft.expect("a hostile policy of that name");
+    let observation = vec![0.5; usize::from(draft.header.observation_len)];
+    ready(draft.encode(), vec![observation])
+}
+
+/// A file that is loaded once.
+fn load(draft: &Draft) -> Ready {
+    let bytes = draft.encode().leak();
+    Ready {
+        loaded: bytes,
+        ..ready(bytes.to_vec(), Vec::new())
+    }
 }
 
 /// Makes what is counted.
@@ -56,13 +79,31 @@ const CASES: &[(&str, Make)] = &[
     ("graph_stateless", || graph(ARITHMETIC, false)),
     ("graph_stateful", || graph(ARITHMETIC, true)),
     ("graph_transcendental", || graph(TRANSCENDENTAL, false)),
+    ("hostile_members", || hostile("hostile_members")),
+    ("hostile_each", || hostile("hostile_each")),
+    ("hostile_registers", || hostile("hostile_registers")),
+    ("hostile_window", || hostile("hostile_window")),
+    ("hostile_marks", || hostile("hostile_marks")),
+    ("hostile_writes", || hostile("hostile_writes")),
+    ("load_half", || load(&reads(32_768, 32_768))),
+    ("load_whole", || load(&reads(65_535, 65_535))),
+    ("load_readers", || load(&readers(2_000, 65_535))),
 ];
+
+/// What a case may take by its own account: weighted operations promised for its decisions, and bytes that it loads.
+fn promised(ready: &Ready) -> u64 {
+    let decision = ready.agent.policy().bounds().weighted_operations;
+    decision * ready.observations.len() as u64 + ready.loaded.len() as u64
+}
 
 /// Callgrind counts while this function runs; it finds it by its name.
 #[inline(never)]
 fn decide(ready: &mut Ready) {
     for observation in &ready.observations {
         black_box(ready.agent.decide(black_box(observation)).is_ok());
+    }
+    if !ready.loaded.is_empty() {
+        black_box(Policy::load(black_box(ready.loaded)).is_ok());
     }
 }
 
@@ -97,9 +138,9 @@ fn main() -> ExitCode {
         decide(&mut ready());
         return ExitCode::SUCCESS;
     }
-    for (case, _) in CASES {
+    for (case, make) in CASES {
         match count(case) {
-            Ok(count) => println!("{case} {count}"),
+            Ok(count) => println!("{case} {count} {}", promised(&make())),
             Err(message) => {
                 eprintln!("instructions: {message}");
                 return ExitCode::FAILURE;

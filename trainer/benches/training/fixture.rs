@@ -5,7 +5,9 @@ use tpg_runtime::isa::{Destination, Group, Op, Operand};
 use tpg_runtime::tables::Section;
 use tpg_tasks::task::Rng;
 use tpg_trainer::config::{Config, Settings};
-use tpg_trainer::evolve::{Action, Genes, Instruction, Population, Program, Source, Team};
+use tpg_trainer::evolve::{
+    Action, Constants, Genes, Instruction, Population, Program, ProgramId, Source, Team,
+};
 use tpg_trainer::lower::{Mode, lower};
 
 /// How large the policies are.
@@ -34,20 +36,24 @@ pub fn population(config: &Config, size: Size, seed: u64) -> Population {
     let mut rng = Rng::new(seed);
     let mut population = Population::default();
     for _ in 0..size.roots {
-        let mut members = Vec::new();
+        let mut members: Vec<ProgramId> = Vec::new();
         for k in 0..size.programs {
             let mut code = Code::new(&genes, size.instructions);
             code.write(k < size.products, &mut rng);
+            let instructions = code.finish();
             members.push(population.add_program(Program {
-                instructions: code.finish(),
-                constants: constants(genes.shape.program_constants(), &mut rng),
+                constants: genes.program_constants(&instructions, &mut rng),
+                instructions,
                 offset: rng.below(u64::from(genes.shape.inputs)) as u16,
                 action: Action::Atomic(0),
             }));
         }
+        let programs = members.iter().map(|id| &**population.program(*id));
+        let mut memory = Constants::default();
+        genes.fit_memory(&mut memory, programs, &mut rng);
         let root = population.add_team(Team {
             members,
-            memory: constants(genes.shape.team_constants(), &mut rng),
+            memory,
             stream_key: rng.word() as u32,
             reset_rule: None,
         });
@@ -61,10 +67,6 @@ pub fn population(config: &Config, size: Size, seed: u64) -> Population {
     let expected = (size.programs * size.instructions) as u32;
     assert_eq!(policy.bounds().instructions, expected, "all are effective");
     population
-}
-
-fn constants(len: usize, rng: &mut Rng) -> std::sync::Arc<[f32]> {
-    (0..len).map(|_| rng.uniform(-1.0, 1.0) as f32).collect()
 }
 
 /// A program's code, written from its end to its start, so that it is known what each instruction is for.

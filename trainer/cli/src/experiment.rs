@@ -1,5 +1,6 @@
 //! `tpg experiment`
 
+mod claim;
 mod report;
 mod run;
 

@@ -47,6 +47,7 @@ struct Summary {
     inputs_used: Vec<String>,
     worst_case_instructions: u32,
     worst_case_weighted_operations: u64,
+    worst_case_members: u32,
     state_bytes: usize,
     blob_bytes: usize,
     vector_width: u16,
@@ -174,6 +175,7 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         inputs_used: inputs_used(policy, tables.code),
         worst_case_instructions: policy.bounds().instructions,
         worst_case_weighted_operations: policy.bounds().weighted_operations,
+        worst_case_members: policy.bounds().members,
         state_bytes: Capacities::needed_by(header).state_bytes(),
         blob_bytes,
         vector_width: header.width,
@@ -212,8 +214,10 @@ impl fmt::Display for Summary {
         )?;
         writeln!(
             f,
-            "worst decision  {} instructions, {} weighted operations",
-            self.worst_case_instructions, self.worst_case_weighted_operations
+            "worst decision  {} instructions, {} members, {} weighted operations in all",
+            self.worst_case_instructions,
+            self.worst_case_members,
+            self.worst_case_weighted_operations
         )?;
         writeln!(f, "inputs used     {}", self.inputs_used.join(", "))?;
         writeln!(

@@ -32,12 +32,22 @@ pub(crate) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     Ok(stop)
 }
 
+/// A flag that every signal sets, without a word: for a process that does what another one says.
+#[cfg(feature = "mpi")]
+pub(crate) fn flag_on_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = stop.clone();
+    on_signal(move || flag.store(true, Ordering::Relaxed))?;
+    Ok(stop)
+}
+
 /// Calls the handler at every signal that asks for an end, from a thread of its own.
 #[cfg(unix)]
 fn on_signal(mut handler: impl FnMut() + Send + 'static) -> Result<(), Failure> {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 
-    let mut signals = vec![SIGINT, SIGTERM];
+    // SIGUSR1 is the warning of batch systems that the time of a job is nearly over.
+    let mut signals = vec![SIGINT, SIGTERM, SIGUSR1];
     // Under `nohup` a closed terminal is to end nothing.
     if !hangup_is_ignored() {
         signals.push(SIGHUP);

@@ -1,18 +1,24 @@
 //! `tpg train`
 
+mod ranks;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::progress::Progress;
-use crate::interrupt::stop_on_signal;
 use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{LOOP_INPUTS, LOOP_OUTPUTS};
 use tpg_tasks::task::{ActionSpace, description_file, locate};
 use tpg_trainer::config::{Preset, resolve};
+use tpg_trainer::evaluator::Evaluator;
+use tpg_trainer::evolve::{Initial, linear_inputs};
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Budget, GenerationReport, Session, train};
+
+use ranks::Ranks;
 
 /// Generations of a run that names no budget.
 const DEFAULT_GENERATIONS: u64 = 100;
@@ -31,7 +37,7 @@ pub(crate) struct Args {
     /// Seed of the run; one seed fixes the result for any number of threads.
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     seed: Option<u64>,
-    /// Threads that score, by default one for each core.
+    /// Threads that score, by default one for each core; not for the ranks of an MPI job, which have one each.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Train until this many generations are complete.
@@ -125,6 +131,7 @@ impl Args {
         }
         let session = Session::new(config, self.seed.unwrap_or(0)).or_usage("bad configuration")?;
         warn_of_the_loop(&session);
+        warn_of_unseen_inputs(&session);
         let budget = self
             .budget()
             .unwrap_or(Budget::Generations(DEFAULT_GENERATIONS));
@@ -146,16 +153,29 @@ impl Args {
 }
 
 pub(crate) fn run(args: Args) -> Result<Status, Failure> {
-    let stop = stop_on_signal()?;
+    ranks::run(args.threads, |stop, ranks| train_here(&args, stop, ranks))
+}
+
+/// Trains with the threads of this process, or with the ranks of its job.
+fn train_here(
+    args: &Args,
+    stop: Arc<AtomicBool>,
+    ranks: Option<&mut Ranks>,
+) -> Result<Status, Failure> {
     let (mut session, mut folder, budget) = args.open()?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = args.threads.map_or(cores, usize::from);
     let monitor = Arc::new(Monitor::new(stop));
-    let pool = session.pool(threads).or_usage("bad configuration")?;
-    let mut pool = pool.with_monitor(monitor.clone());
+    let mut evaluator: Box<dyn Evaluator + '_> = match ranks {
+        Some(ranks) => ranks.evaluator(&session, &monitor)?,
+        None => {
+            let cores = std::thread::available_parallelism().map_or(1, usize::from);
+            let threads = args.threads.map_or(cores, usize::from);
+            let pool = session.pool(threads).or_usage("bad configuration")?;
+            Box::new(pool.with_monitor(monitor.clone()))
+        }
+    };
     let mut progress = Progress::new(budget, &session, monitor.clone());
     let mut stability = Stability::default();
-    let result = train(&mut session, &mut pool, budget, |session, report| {
+    let result = train(&mut session, &mut *evaluator, budget, |session, report| {
         progress.show(report);
         stability.count(report, monitor.instability());
         folder.record(session, report)
@@ -185,6 +205,20 @@ fn warn_of_the_loop(session: &Session) {
         note(format_args!(
             "warning: the task has {inputs} inputs and {outputs} outputs; the loop (tpg hil) and boards on a serial line take at \
              most {LOOP_INPUTS} and {LOOP_OUTPUTS}, so they cannot run its champion"
+        ));
+    }
+}
+
+/// Says how much of a very long observation the linear policy of the first generation lacks.
+fn warn_of_unseen_inputs(session: &Session) {
+    let (shape, initial) = (
+        session.settings().policy_spec.shape,
+        session.settings().params.initial,
+    );
+    let (inputs, seen) = (shape.inputs, linear_inputs(&shape, initial));
+    if initial != Initial::Random && seen < inputs {
+        note(format_args!(
+            "warning: a linear policy has registers for the first {seen} of the task's {inputs} inputs; put those that matter first"
         ));
     }
 }

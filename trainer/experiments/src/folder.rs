@@ -6,7 +6,7 @@
 //! | `rows/` | a [`Row`] for each finished run |
 //! | `curves/` | its learning curve |
 //! | `accesses/` | its champion's memory accesses, where there is memory |
-//! | `work/` | run folders of runs that are not finished |
+//! | `work/` | run folders of runs that are not finished, and which process does them |
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -181,6 +181,12 @@ impl Folder {
     #[must_use]
     pub fn work(&self, cell: &Cell) -> PathBuf {
         self.path.join("work").join(&cell.name)
+    }
+
+    /// The file by which one process claims a run.
+    #[must_use]
+    pub fn claim(&self, cell: &Cell) -> PathBuf {
+        self.path.join("work").join(format!("{}.claim", cell.name))
     }
 
     /// What there is of a run.

@@ -84,8 +84,6 @@ macro_rules! robot {
 
 /// The double pendulum has its own sizes of populations (T Tab 3.2).
 const DOUBLE_PENDULUM: &str = file!("tasks", "inverted-double-pendulum");
-/// Observations longer than the widest vector.
-const LONG: &str = "policy = { width = 32 }";
 /// Robots of chapter 3.
 const CHAPTER_3: &[&[Part]] = &[VARIANTS, FURTHER, BASELINES];
 /// The variants of all other robots.
@@ -107,9 +105,9 @@ const TASKS: &[TaskRow] = &[
     robot!("swimmer-v5", "", OTHERS, "swimmer"),
     robot!("reacher-v5", "", OTHERS, "reacher"),
     robot!("pusher-v5", "", OTHERS, "pusher"),
-    robot!("ant-v5", LONG, OTHERS, "ant"),
-    robot!("humanoid-v5", LONG, OTHERS, "humanoid"),
-    robot!("humanoid-standup-v5", LONG, OTHERS, "humanoid"),
+    robot!("ant-v5", "", OTHERS, "ant"),
+    robot!("humanoid-v5", "", OTHERS, "humanoid"),
+    robot!("humanoid-standup-v5", "", OTHERS, "humanoid"),
 ];
 
 /// A named configuration, `<task>-<variant>[-b23|-b13]` or `<task>-champion[-b23]`, or `<variant>[-b23|-b13]` and

@@ -129,6 +129,7 @@ impl Settings {
                 shape: policy_spec.shape,
                 ops,
                 constants: policy_spec.initial_values == InitialValues::Evolved,
+                register_mode: policy_spec.register_mode,
                 team_memory: policy_spec.memory_model == MemoryModel::Team,
                 reset_rules: policy.reset_scope == Resets::Evolved,
             },
@@ -210,7 +211,7 @@ fn shape(policy: &PolicyConfig, inputs: usize, actions: ActionSpace) -> Result<S
     };
     let inputs = u16::try_from(inputs).unwrap_or(u16::MAX);
     let width = match policy.width {
-        0 => inputs.max(outputs),
+        0 => inputs.min(tpg_runtime::MAX_WIDTH).max(outputs),
         width => width,
     };
     if width < outputs || width > tpg_runtime::MAX_WIDTH {

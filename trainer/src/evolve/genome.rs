@@ -1,13 +1,13 @@
 //! What evolution edits: teams and programs as plain values. Nothing here can be executed. [`crate::lower`] turns it into the
 //! runtime's tables.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
-use tpg_runtime::blob::{ActionKind, ResetScope};
+use tpg_runtime::blob::{ActionKind, RegisterMode, ResetScope};
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
 
+use super::dataflow::{Demand, initial_registers};
+use super::{Constants, Registers};
 use crate::keys::named;
 use tpg_tasks::task::{ActionSpace, Rng};
 
@@ -68,17 +68,15 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Number of constants of a program: 8 (1 + W + W²), for eight registers of each kind (T Tab 3.2). Those of scalars come
-    /// first, then those of vectors, then those of matrices.
+    /// The registers that matter after a run of a program that leads to the plant: those of bid and output.
     #[must_use]
-    pub fn program_constants(&self) -> usize {
-        REGISTERS * self.elements()
-    }
-
-    /// Number of constants of a team's memory: 8 (1 + W + W²), for eight slots in each section (T §3.4.2).
-    #[must_use]
-    pub fn team_constants(&self) -> usize {
-        SLOTS * self.elements()
+    pub fn results(&self) -> Registers {
+        let mut results = Registers::default();
+        results.insert(Section::Scalar, 0);
+        if let Some(section) = self.output_section() {
+            results.insert(section, 1);
+        }
+        results
     }
 
     /// Number of atomic actions that programs can have. Discrete tasks: one for each action. Continuous tasks: 1, or one for each
@@ -123,12 +121,6 @@ impl Shape {
         }
     }
 
-    /// Elements of one scalar, one vector and one matrix.
-    fn elements(&self) -> usize {
-        let width = usize::from(self.width);
-        Section::ALL.iter().map(|s| s.slot_words(width)).sum()
-    }
-
     /// Elements of a matrix.
     #[must_use]
     pub fn square(&self) -> u16 {
@@ -145,6 +137,8 @@ pub struct Genes {
     pub ops: Vec<Op>,
     /// Whether programs and teams carry evolved constants (all variants but SL-NC).
     pub constants: bool,
+    /// Whether registers outlive a decision.
+    pub register_mode: RegisterMode,
     /// Whether teams have shared memory.
     pub team_memory: bool,
     /// Whether agents evolve when they are reset.
@@ -159,6 +153,49 @@ impl Genes {
         ops.retain(|op| groups.contains(&op.group()));
         ops
     }
+
+    /// The registers of a program with this code that have constants: those whose initial values can matter.
+    #[must_use]
+    pub fn initial_registers(&self, code: &[Instruction]) -> Registers {
+        let stateful = self.register_mode == RegisterMode::Stateful;
+        initial_registers(code, &Demand::all(self.shape.results(), stateful))
+    }
+
+    /// The constants of a new program with this code, U[−1, 1]; none in a run without.
+    #[must_use]
+    pub fn program_constants(&self, code: &[Instruction], rng: &mut Rng) -> Constants {
+        let mut constants = Constants::default();
+        self.fit_program(&mut constants, code, rng);
+        constants
+    }
+
+    /// Makes constants those of a program with this code. Those that it did not have are drawn, U[−1, 1].
+    pub fn fit_program(&self, constants: &mut Constants, code: &[Instruction], rng: &mut Rng) {
+        if self.constants {
+            let registers = self.initial_registers(code);
+            constants.fit(registers, self.shape.width, || initial_constant(rng));
+        }
+    }
+
+    /// Makes constants those of the memory of a team with these programs. Those that it did not have are drawn, U[−1, 1].
+    pub fn fit_memory<'a>(
+        &self,
+        constants: &mut Constants,
+        programs: impl Iterator<Item = &'a Program>,
+        rng: &mut Rng,
+    ) {
+        if self.constants && self.team_memory {
+            let slots = programs
+                .map(|program| Registers::slots_read(&program.instructions))
+                .fold(Registers::default(), Registers::union);
+            constants.fit(slots, self.shape.width, || initial_constant(rng));
+        }
+    }
+}
+
+/// An initial constant, U[−1, 1].
+fn initial_constant(rng: &mut Rng) -> f32 {
+    rng.uniform(-1.0, 1.0) as f32
 }
 
 /// Where an instruction reads: a register, or the observation in its place.
@@ -186,8 +223,8 @@ impl Source {
         }
     }
 
-    /// The observation. Scalar operands read this element of it. Vector and matrix operands read all of it, or this element of
-    /// the vector or matrix that it fills.
+    /// The observation. Scalar operands read this element of it. Vector and matrix operands begin at this element, counted
+    /// from the program's offset. Operands that are an element of a vector or matrix read this element, counted likewise.
     #[must_use]
     pub const fn observation(element: u16) -> Self {
         Source {
@@ -315,9 +352,9 @@ pub enum Action {
 pub struct Program {
     /// Its code, at least one instruction.
     pub instructions: Vec<Instruction>,
-    /// Evolved constants of all its registers, [`Shape::program_constants`] of them, shared with clones until they change. Empty
-    /// in a run without constants.
-    pub constants: Arc<[f32]>,
+    /// Evolved constants of the registers whose initial values can matter, [`Genes::initial_registers`]. Empty in a run without
+    /// constants.
+    pub constants: Constants,
     /// Element of the observation at which the observation vector and matrix begin, from 0.
     pub offset: u16,
     /// Where it leads when it wins.
@@ -328,9 +365,11 @@ impl Program {
     /// A random program with an atomic action.
     #[must_use]
     pub fn random(genes: &Genes, len: usize, rng: &mut Rng) -> Self {
+        let instructions: Vec<Instruction> =
+            (0..len).map(|_| Instruction::random(genes, rng)).collect();
         Program {
-            instructions: (0..len).map(|_| Instruction::random(genes, rng)).collect(),
-            constants: random_constants(genes, genes.shape.program_constants(), rng),
+            constants: genes.program_constants(&instructions, rng),
+            instructions,
             offset: rng.below(u64::from(genes.shape.inputs)) as u16,
             action: random_atomic(&genes.shape, rng),
         }
@@ -352,21 +391,14 @@ pub fn random_atomic(shape: &Shape, rng: &mut Rng) -> Action {
     }
 }
 
-/// Initial constants, U[−1, 1]; none for a run without.
-#[must_use]
-pub fn random_constants(genes: &Genes, len: usize, rng: &mut Rng) -> Arc<[f32]> {
-    let len = if genes.constants { len } else { 0 };
-    (0..len).map(|_| rng.uniform(-1.0, 1.0) as f32).collect()
-}
-
 /// A team. It does not change once it is part of a population.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Team {
     /// Its programs, in order. At least one is atomic. Where outputs have programs of their own, each output has one.
     pub members: Vec<ProgramId>,
-    /// Evolved constants of its shared memory, [`Shape::team_constants`] of them, shared with clones until they change. Empty in
-    /// a run without such memory.
-    pub memory: Arc<[f32]>,
+    /// Evolved constants of those slots of its shared memory that its programs read. Empty in a run without such memory, or
+    /// without constants.
+    pub memory: Constants,
     /// Names its random streams. Its clones keep it.
     pub stream_key: u32,
     /// When an agent with this root is reset, in a run where agents evolve it.

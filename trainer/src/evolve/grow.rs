@@ -1,9 +1,9 @@
 //! Clones a program inside its team, with a bid of its own. The team has more structure, and tuning has more constants.
 
-use tpg_runtime::isa::{Destination, Op, Operand, REGISTERS};
+use tpg_runtime::isa::{Destination, Op, REGISTERS};
 use tpg_runtime::tables::Section;
 
-use super::{Genes, Instruction, Population, Program, Source, Team};
+use super::{Genes, Instruction, Population, Program, Registers, Source, Team};
 use tpg_tasks::task::Rng;
 
 /// Clones a program of the team, with a new bid, behind its last member. Returns whether it could.
@@ -17,7 +17,7 @@ pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &m
         .members
         .iter()
         .map(|id| population.program(*id))
-        .filter(|program| program.is_atomic() && !program.constants.is_empty())
+        .filter(|program| program.is_atomic() && genes.constants)
         .filter_map(|program| Some((Program::clone(program), Free::of(&program.instructions)?)))
         .collect();
     if candidates.is_empty() || ![Op::Dot, Op::Add].iter().all(|op| genes.ops.contains(op)) {
@@ -28,16 +28,14 @@ pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &m
         return false;
     };
     free.append_bid(&mut program.instructions);
-    let width = usize::from(genes.shape.width);
-    let mut constants = program.constants.to_vec();
-    let vector = REGISTERS + usize::from(free.vector) * width;
-    for gain in constants.iter_mut().skip(vector).take(width) {
-        *gain = (rng.normal() / (width as f64).sqrt()) as f32;
-    }
-    if let Some(offset) = constants.get_mut(usize::from(free.offset)) {
-        *offset = 0.0;
-    }
-    program.constants = constants.into();
+    let (width, code) = (genes.shape.width, &program.instructions);
+    let constants = &mut program.constants;
+    constants.fit(genes.initial_registers(code), width, || 0.0);
+    let deviation = f64::from(width).sqrt();
+    constants.set(Section::Vector, free.vector, width, || {
+        (rng.normal() / deviation) as f32
+    });
+    constants.set(Section::Scalar, free.offset, width, || 0.0);
     team.members.push(population.add_program(program));
     true
 }
@@ -52,37 +50,8 @@ struct Free {
 
 /// The registers of a section that code does not name, ascending. Those of the bid and of the outputs are never among them.
 pub(super) fn unnamed(code: &[Instruction], section: Section) -> impl Iterator<Item = u8> {
-    let mut named = match section {
-        Section::Scalar => 0b11u8,
-        Section::Vector => 0b10,
-        Section::Matrix => 0,
-    };
-    for instruction in code {
-        let written = match instruction.op.destination() {
-            Destination::S | Destination::SUpdate => Some(Section::Scalar),
-            Destination::V => Some(Section::Vector),
-            Destination::M => Some(Section::Matrix),
-            Destination::None => None,
-        };
-        if written == Some(section) {
-            named |= 1 << instruction.destination;
-        }
-        let kinds = instruction.op.operands();
-        for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
-            let read = match kind {
-                _ if source.observed => continue,
-                Operand::S => Section::Scalar,
-                Operand::SOrVElement if !source.of_vector => Section::Scalar,
-                Operand::V | Operand::VElement | Operand::SOrVElement => Section::Vector,
-                Operand::M | Operand::MElement => Section::Matrix,
-                _ => continue,
-            };
-            if read == section {
-                named |= 1 << source.register;
-            }
-        }
-    }
-    (0..REGISTERS as u8).filter(move |k| named & (1 << k) == 0)
+    let taken = Registers([0b11, 0b10, 0]).union(Registers::named(code));
+    (0..REGISTERS as u8).filter(move |k| !taken.contains(section, *k))
 }
 
 impl Free {

@@ -1,11 +1,9 @@
 //! The first generation.
 
-use std::sync::Arc;
-
-use super::genome::random_constants;
 use super::linear::linear_team;
 use super::{
-    Action, EvolutionParams, Genes, Initial, Population, Program, ResetRule, SizeRange, Team,
+    Action, Constants, EvolutionParams, Genes, Initial, Population, Program, ProgramId, ResetRule,
+    SizeRange, Team,
 };
 use tpg_tasks::task::Rng;
 
@@ -24,7 +22,7 @@ impl Population {
             let size = initial_size(params.team.size, rng).max(usize::from(owned));
             // Where outputs have programs of their own, the first programs go to one output each.
             let actions = (0..owned).map(Some).chain(std::iter::repeat(None));
-            let members = actions
+            let members: Vec<ProgramId> = actions
                 .take(size)
                 .map(|owned| {
                     let len = initial_size(params.program.size, rng);
@@ -35,9 +33,12 @@ impl Population {
                     population.add_program(program)
                 })
                 .collect();
+            let programs = members.iter().map(|id| &**population.program(*id));
+            let mut memory = Constants::default();
+            genes.fit_memory(&mut memory, programs, rng);
             let root = population.add_team(Team {
                 members,
-                memory: random_memory(genes, rng),
+                memory,
                 stream_key: rng.word() as u32,
                 reset_rule: genes.reset_rules.then(|| ResetRule::random(rng)),
             });
@@ -50,14 +51,4 @@ impl Population {
 fn initial_size(range: SizeRange, rng: &mut Rng) -> usize {
     let choices = u64::from(range.initial_max.saturating_sub(range.initial_min)) + 1;
     range.initial_min as usize + rng.below(choices) as usize
-}
-
-/// Initial constants of a team's memory; none for a run without such memory.
-fn random_memory(genes: &Genes, rng: &mut Rng) -> Arc<[f32]> {
-    let len = if genes.team_memory {
-        genes.shape.team_constants()
-    } else {
-        0
-    };
-    random_constants(genes, len, rng)
 }

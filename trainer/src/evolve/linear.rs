@@ -1,30 +1,68 @@
 //! A linear policy as a team, from which tuning can start.
 
-use std::sync::Arc;
-
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::Section;
 
 use super::{
-    Action, Genes, Initial, Instruction, Population, Program, ResetRule, Shape, Source, Team,
-    TeamId,
+    Action, Constants, Genes, Initial, Instruction, Population, Program, ResetRule, Shape, Source,
+    Team, TeamId,
 };
 use tpg_tasks::task::Rng;
 
-/// Register of the gains on the observation; also that of the outputs.
-const GAINS: u8 = 1;
+/// Vector register of the outputs.
+const OUTPUTS: u8 = 1;
 /// Register of the offsets.
 const OFFSETS: u8 = 2;
-/// Register that remembers the last observation.
-const LAST: u8 = 3;
-/// Register of the gains on the change since then.
-const CHANGE_GAINS: u8 = 4;
-/// Register of the change, and of its part in the output.
+/// Register of the change, and of a part of the output.
 const CHANGE: u8 = 5;
 /// Register of the factor that makes changes as large as what changes.
 const RATE: u8 = 6;
 /// Initial value of that factor. Changes from one decision to the next are small.
 const INITIAL_RATE: f32 = 10.0;
+
+/// Registers for each window of the observation, in the order in which windows take them.
+struct Layout {
+    /// Gains on the window.
+    gains: &'static [u8],
+    /// The window as it was observed last; empty without history.
+    last: &'static [u8],
+    /// Gains on the change since then.
+    change_gains: &'static [u8],
+}
+
+impl Layout {
+    /// Gains lie in matrices where the output is a vector, else in vectors, which then serve all purposes.
+    fn new(shape: &Shape, history: bool) -> Self {
+        let matrices = shape.output_section() == Some(Section::Vector);
+        let (gains, last, change_gains): (&[u8], &[u8], &[u8]) = match (history, matrices) {
+            (false, _) => (&[1, 0, 2, 3, 4, 5, 6, 7], &[], &[]),
+            (true, true) => (&[1, 0, 2, 3], &[3, 0, 4, 6], &[4, 5, 6, 7]),
+            (true, false) => (&[1, 0], &[3, 2], &[4, 6]),
+        };
+        Layout {
+            gains,
+            last,
+            change_gains,
+        }
+    }
+
+    /// Where windows of the observation begin. Together they cover it, as far as registers reach.
+    fn windows(&self, shape: &Shape) -> impl Iterator<Item = u16> + use<> {
+        let (width, inputs) = (shape.width, shape.inputs);
+        let needed = inputs.div_ceil(width).max(1);
+        let last = inputs.saturating_sub(width);
+        // The last one overlaps the one before it, so that no input is seen twice for running over the end.
+        (0..needed.min(self.gains.len() as u16)).map(move |k| (k * width).min(last))
+    }
+}
+
+/// How many inputs a linear policy sees, from the first on: all, unless they need more registers than there are.
+#[must_use]
+pub fn linear_inputs(shape: &Shape, initial: Initial) -> u16 {
+    let layout = Layout::new(shape, initial == Initial::LinearHistory);
+    let last = layout.windows(shape).last().unwrap_or(0);
+    shape.inputs.min(last + shape.width)
+}
 
 /// The operations that a linear policy needs.
 #[must_use]
@@ -45,6 +83,9 @@ pub fn linear_ops(shape: &Shape, initial: Initial) -> Vec<Op> {
 /// output, gᵀo + c. For discrete actions it has a program for each action, with the bid gᵀo + c. With [`Initial::LinearHistory`]
 /// the same is added for r·(o − o′). o′ is the observation of the decision before, which stateful programs remember. r is 10 at
 /// first.
+///
+/// An observation longer than W is seen in windows of W, whose products are added. Registers limit their number, see
+/// [`linear_inputs`].
 #[must_use]
 pub fn linear_team(
     population: &mut Population,
@@ -52,72 +93,79 @@ pub fn linear_team(
     initial: Initial,
     rng: &mut Rng,
 ) -> TeamId {
-    let instructions = code(genes, initial == Initial::LinearHistory);
-    let zeros = |len| vec![0.0; if genes.constants { len } else { 0 }];
-    let mut constants = zeros(genes.shape.program_constants());
-    if let (Initial::LinearHistory, Some(rate)) = (initial, constants.get_mut(usize::from(RATE))) {
-        *rate = INITIAL_RATE;
+    let (shape, history) = (&genes.shape, initial == Initial::LinearHistory);
+    let instructions = code(shape, history);
+    let mut constants = Constants::default();
+    if genes.constants {
+        let registers = genes.initial_registers(&instructions);
+        constants = Constants::new(registers, shape.width, || 0.0);
+        if history {
+            constants.set(Section::Scalar, RATE, shape.width, || INITIAL_RATE);
+        }
     }
-    let constants: Arc<[f32]> = constants.into();
-    let members = (0..genes.shape.atomic_actions())
+    let members = (0..shape.atomic_actions())
         .map(|action| {
             population.add_program(Program {
                 instructions: instructions.clone(),
-                constants: Arc::clone(&constants),
+                constants: constants.clone(),
                 offset: 0,
                 action: Action::Atomic(action),
             })
         })
         .collect();
-    let memory = if genes.team_memory {
-        zeros(genes.shape.team_constants())
-    } else {
-        zeros(0)
-    };
     population.add_team(Team {
         members,
-        memory: memory.into(),
+        // Its programs read no memory.
+        memory: Constants::default(),
         stream_key: rng.word() as u32,
         reset_rule: genes.reset_rules.then(|| ResetRule::random(rng)),
     })
 }
 
-fn code(genes: &Genes, history: bool) -> Vec<Instruction> {
+fn code(shape: &Shape, history: bool) -> Vec<Instruction> {
     let instruction = |op, destination, a, b| Instruction {
         op,
         destination,
         a,
         b,
     };
-    let (observation, register) = (Source::observation(0), Source::register);
-    let (product, sum, output) = match genes.shape.output_section() {
-        Some(Section::Scalar) => (Op::Dot, Op::Add, 1),
-        Some(_) => (Op::MatVec, Op::VAdd, 1),
+    let (window, register) = (Source::observation, Source::register);
+    let (product, sum, output) = match shape.output_section() {
+        Some(Section::Scalar) => (Op::Dot, Op::Add, OUTPUTS),
+        Some(_) => (Op::MatVec, Op::VAdd, OUTPUTS),
         // The bid chooses among discrete actions.
         None => (Op::Dot, Op::Add, 0),
     };
-    let mut code = vec![instruction(product, output, register(GAINS), observation)];
-    if history {
-        let (change, last) = (register(CHANGE), register(LAST));
-        code.extend([
-            instruction(Op::VSub, CHANGE, observation, last),
-            instruction(Op::VScale, CHANGE, register(RATE), change),
-            instruction(product, CHANGE, register(CHANGE_GAINS), change),
-            instruction(sum, output, register(output), change),
-            instruction(Op::VMax, LAST, observation, observation),
-        ]);
+    let add = |part| instruction(sum, output, register(output), register(part));
+    let layout = Layout::new(shape, history);
+    let mut code = Vec::new();
+    for (k, start) in layout.windows(shape).enumerate() {
+        // The first product sets the output, all others are added.
+        let destination = if k == 0 { output } else { CHANGE };
+        let gains = register(layout.gains[k]);
+        code.push(instruction(product, destination, gains, window(start)));
+        if k > 0 {
+            code.push(add(CHANGE));
+        }
+        if history {
+            let (change, last) = (register(CHANGE), layout.last[k]);
+            let gains = register(layout.change_gains[k]);
+            code.extend([
+                instruction(Op::VSub, CHANGE, window(start), register(last)),
+                instruction(Op::VScale, CHANGE, register(RATE), change),
+                instruction(product, CHANGE, gains, change),
+                add(CHANGE),
+                instruction(Op::VMax, last, window(start), window(start)),
+            ]);
+        }
     }
-    code.push(instruction(
-        sum,
-        output,
-        register(output),
-        register(OFFSETS),
-    ));
+    code.push(add(OFFSETS));
     code
 }
 
 #[cfg(test)]
 mod tests {
+    use tpg_runtime::blob::RegisterMode;
     use tpg_runtime::isa::Group;
 
     use super::*;
@@ -147,6 +195,7 @@ mod tests {
                     },
                     ops: Genes::ops_of(&[Group::Scalar, Group::Vector, Group::Matrix]),
                     constants: true,
+                    register_mode: RegisterMode::Stateful,
                     team_memory: false,
                     reset_rules: false,
                 };
@@ -160,10 +209,37 @@ mod tests {
                     for op in program.instructions.iter().map(|i| i.op) {
                         assert!(needed.contains(&op), "{op:?}");
                     }
-                    let some = program.constants.iter().filter(|x| **x != 0.0);
+                    let some = program.constants.values().iter().filter(|x| **x != 0.0);
                     assert_eq!(some.count(), usize::from(initial == Initial::LinearHistory));
                 }
             }
         }
+    }
+
+    #[test]
+    fn windows_cover_as_many_inputs_as_registers_allow() {
+        let mut shape = Shape {
+            width: 32,
+            inputs: 105,
+            actions: ActionSpace::Continuous {
+                len: 8,
+                low: -1.0,
+                high: 1.0,
+            },
+            action_programs: ActionPrograms::Winner,
+        };
+        let windows = |shape: &Shape, history| -> Vec<u16> {
+            Layout::new(shape, history).windows(shape).collect()
+        };
+        assert_eq!(windows(&shape, false), [0, 32, 64, 73]);
+        assert_eq!(linear_inputs(&shape, Initial::Linear), 105);
+        assert_eq!(linear_inputs(&shape, Initial::LinearHistory), 105);
+        shape.action_programs = ActionPrograms::Each;
+        assert_eq!(linear_inputs(&shape, Initial::LinearHistory), 64);
+        (shape.inputs, shape.action_programs) = (348, ActionPrograms::Winner);
+        assert_eq!(linear_inputs(&shape, Initial::Linear), 256);
+        assert_eq!(linear_inputs(&shape, Initial::LinearHistory), 128);
+        (shape.inputs, shape.width) = (3, 5);
+        assert_eq!(windows(&shape, true), [0]);
     }
 }

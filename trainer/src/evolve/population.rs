@@ -51,7 +51,8 @@ impl Population {
     }
 
     /// Adds a team, not yet as a root, and names it.
-    pub fn add_team(&mut self, team: Team) -> TeamId {
+    pub fn add_team(&mut self, mut team: Team) -> TeamId {
+        team.members.shrink_to_fit();
         let team_id = TeamId(self.next_team);
         self.next_team += 1;
         self.teams.insert(team_id, Arc::new(team));
@@ -59,7 +60,9 @@ impl Population {
     }
 
     /// Adds a program and names it.
-    pub fn add_program(&mut self, program: Program) -> ProgramId {
+    pub fn add_program(&mut self, mut program: Program) -> ProgramId {
+        // Variation leaves room for instructions that may never come, in each of a hundred thousand programs.
+        program.instructions.shrink_to_fit();
         let program_id = ProgramId(self.next_program);
         self.next_program += 1;
         self.programs.insert(program_id, Arc::new(program));

@@ -1,6 +1,6 @@
 //! Gives a program a running average of what it has observed, and gains on it, which tuning can then use.
 
-use tpg_runtime::isa::{Op, REGISTERS};
+use tpg_runtime::isa::Op;
 use tpg_runtime::tables::Section;
 
 use super::grow::unnamed;
@@ -35,7 +35,7 @@ fn output_ops(shape: &Shape) -> [Op; 2] {
 pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Option<ProgramId> {
     let original = population.program(id).clone();
     let code = &original.instructions;
-    if original.constants.is_empty()
+    if !genes.constants
         || !memory_ops(&genes.shape)
             .iter()
             .all(|op| genes.ops.contains(op))
@@ -53,15 +53,11 @@ pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Op
     let mut vectors = unnamed(code, Section::Vector);
     let rate = scalars.next()?;
     let (trace, change) = (vectors.next()?, vectors.next()?);
-    let width = usize::from(genes.shape.width);
-    let vector = |register: u8| REGISTERS + usize::from(register) * width;
-    let (gains, part, zeros) = if product == Op::MatVec {
+    let (kind, gains, part) = if product == Op::MatVec {
         let gains = unnamed(code, Section::Matrix).next()?;
-        let start = REGISTERS * (1 + width) + usize::from(gains) * width * width;
-        (gains, change, start..start + width * width)
+        (Section::Matrix, gains, change)
     } else {
-        let gains = vectors.next()?;
-        (gains, scalars.next()?, vector(gains)..vector(gains) + width)
+        (Section::Vector, vectors.next()?, scalars.next()?)
     };
     let instruction = |op, destination, a, b| Instruction {
         op,
@@ -78,13 +74,11 @@ pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Op
         instruction(product, part, register(gains), register(trace)),
         instruction(sum, output, register(output), register(part)),
     ]);
-    let mut constants = original.constants.to_vec();
-    constants.get_mut(zeros)?.fill(0.0);
-    constants
-        .get_mut(vector(trace)..)?
-        .get_mut(..width)?
-        .fill(0.0);
-    *constants.get_mut(usize::from(rate))? = INITIAL_RATE;
-    program.constants = constants.into();
+    let (width, code) = (genes.shape.width, &program.instructions);
+    let constants = &mut program.constants;
+    constants.fit(genes.initial_registers(code), width, || 0.0);
+    constants.set(kind, gains, width, || 0.0);
+    constants.set(Section::Vector, trace, width, || 0.0);
+    constants.set(Section::Scalar, rate, width, || INITIAL_RATE);
     Some(population.add_program(program))
 }

@@ -1,16 +1,15 @@
 //! Writes tuned constants back, as a new agent.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use super::{Action, Population, Program, ProgramId, Team, TeamId};
 
 /// New constants of some programs and teams of an agent.
 #[derive(Debug, Clone, Default)]
-pub struct Constants {
-    /// All constants of each program that changes.
+pub struct NewConstants {
+    /// All constants of each program that changes, as many as it has.
     pub programs: BTreeMap<ProgramId, Vec<f32>>,
-    /// All memory constants of each team that changes.
+    /// All memory constants of each team that changes, as many as it has.
     pub teams: BTreeMap<TeamId, Vec<f32>>,
 }
 
@@ -23,7 +22,7 @@ pub struct Constants {
 pub fn rewrite_constants(
     population: &mut Population,
     root: TeamId,
-    constants: &Constants,
+    constants: &NewConstants,
 ) -> TeamId {
     let mut teams = population.reachable(root);
     // Programs lead to older teams only. In this order a target is rewritten before what points at it.
@@ -41,7 +40,7 @@ pub fn rewrite_constants(
             *member = new_programs[member];
         }
         if let Some(memory) = constants.teams.get(&id) {
-            team.memory = Arc::from(memory.as_slice());
+            team.memory = team.memory.with_values(memory.as_slice());
         }
         // The root is always new, because it names another agent.
         if id == root || team != **population.team(id) {
@@ -56,13 +55,13 @@ pub fn rewrite_constants(
 fn rewrite_program(
     population: &Population,
     id: ProgramId,
-    constants: &Constants,
+    constants: &NewConstants,
     new_teams: &BTreeMap<TeamId, TeamId>,
 ) -> Option<Program> {
     let mut program = Program::clone(population.program(id));
     let mut changed = false;
     if let Some(constants) = constants.programs.get(&id) {
-        program.constants = Arc::from(constants.as_slice());
+        program.constants = program.constants.with_values(constants.as_slice());
         changed = true;
     }
     if let Action::Team(target) = &mut program.action
@@ -94,8 +93,8 @@ mod tests {
         let mut outer = Team::clone(population.team(other));
         outer.members.insert(0, pointer);
         let outer = population.add_team(outer);
-        let mut constants = Constants::default();
-        let len = population.program(leaf).constants.len();
+        let mut constants = NewConstants::default();
+        let len = population.program(leaf).constants.values().len();
         constants.programs.insert(leaf, vec![2.0; len]);
         let new = rewrite_constants(&mut population, outer, &constants);
         assert_ne!(new, outer);
@@ -109,7 +108,10 @@ mod tests {
         };
         assert!(target != inner && target < new);
         let rewritten = population.program(population.team(target).members[0]);
-        assert_eq!(rewritten.constants.to_vec(), vec![2.0; len]);
-        assert_ne!(population.program(leaf).constants.to_vec(), vec![2.0; len]);
+        assert_eq!(rewritten.constants.values().to_vec(), vec![2.0; len]);
+        assert_ne!(
+            population.program(leaf).constants.values().to_vec(),
+            vec![2.0; len]
+        );
     }
 }

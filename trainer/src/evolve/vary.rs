@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::genome::{Source, random_atomic};
 use super::{
-    Action, EvolutionParams, Genes, Instruction, Population, Program, ProgramId, ResetRule, Team,
-    TeamId, grow, rank, remember,
+    Action, Constants, EvolutionParams, Genes, Instruction, Population, Program, ProgramId,
+    ResetRule, Team, TeamId, grow, rank, remember,
 };
 use tpg_tasks::task::Rng;
 
@@ -66,6 +66,8 @@ impl Variation<'_> {
                 team.members[at] = member;
             }
         }
+        let programs = team.members.iter().map(|id| &**population.program(*id));
+        self.genes.fit_memory(&mut team.memory, programs, rng);
         if !team.memory.is_empty() && rng.chance(self.params.constants.mutate) {
             team.memory = self.mutate_constants(&team.memory, rng);
         }
@@ -107,7 +109,7 @@ impl Variation<'_> {
                 members.truncate(params.size.max as usize);
                 let copy = members == first.members || members == second.members;
                 if !copy && population.is_team(&members, &self.genes.shape) {
-                    let memory = Arc::clone(&first.memory);
+                    let memory = first.memory.clone();
                     let child = Team {
                         members,
                         memory,
@@ -184,6 +186,8 @@ impl Variation<'_> {
             let mut program = Program::clone(population.program(team.members[at]));
             if rng.chance(self.params.program.code) {
                 self.mutate_code(&mut program, rng);
+                let code = &program.instructions;
+                self.genes.fit_program(&mut program.constants, code, rng);
             }
             if !program.constants.is_empty() && rng.chance(self.params.constants.mutate) {
                 program.constants = self.mutate_constants(&program.constants, rng);
@@ -234,21 +238,20 @@ impl Variation<'_> {
     }
 
     /// Scales every constant by a random factor and flips some signs (T §3.4.3).
-    fn mutate_constants(&self, constants: &[f32], rng: &mut Rng) -> Arc<[f32]> {
+    fn mutate_constants(&self, constants: &Constants, rng: &mut Rng) -> Constants {
         let params = &self.params.constants;
-        constants
-            .iter()
-            .map(|x| {
-                let scaled = f64::from(*x) * rng.uniform(params.factor_min, params.factor_max);
-                let flipped = if rng.chance(params.flip) {
-                    -scaled
-                } else {
-                    scaled
-                };
-                // Constants stay finite. A later factor below 1 brings them back from the largest number.
-                (flipped as f32).clamp(f32::MIN, f32::MAX)
-            })
-            .collect()
+        let mutate = |x: &f32| {
+            let scaled = f64::from(*x) * rng.uniform(params.factor_min, params.factor_max);
+            let flipped = if rng.chance(params.flip) {
+                -scaled
+            } else {
+                scaled
+            };
+            // Constants stay finite. A later factor below 1 brings them back from the largest number.
+            (flipped as f32).clamp(f32::MIN, f32::MAX)
+        };
+        let values: Arc<[f32]> = constants.values().iter().map(mutate).collect();
+        constants.with_values(values)
     }
 
     /// Draws a new action, unless the team would no longer be one: its last atomic program stays atomic, and an output's last
@@ -293,8 +296,8 @@ impl Variation<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ActionPrograms;
     use super::super::tests::{genes, params};
+    use super::super::{ActionPrograms, Registers};
     use super::*;
 
     /// Every invariant that evolution promises, checked over generations with random scores.
@@ -346,11 +349,21 @@ mod tests {
                 let sound = population.is_team(&team.members, &genes.shape);
                 assert!(sound, "{id:?} lacks an exit or an output");
                 assert!(team.members.len() <= params.team.size.max as usize);
+                let members = team.members.iter().map(|m| population.program(*m));
+                let slots = members
+                    .map(|program| Registers::slots_read(&program.instructions))
+                    .fold(Registers::default(), Registers::union);
+                assert_eq!(team.memory.registers(), slots);
                 for member in &team.members {
                     let program = population.program(*member);
                     let len = program.instructions.len();
                     assert!((1..=params.program.size.max as usize).contains(&len));
-                    assert!(program.constants.iter().all(|x| x.is_finite()));
+                    let constants = &program.constants;
+                    let registers = genes.initial_registers(&program.instructions);
+                    assert_eq!(constants.registers(), registers, "{program:?}");
+                    let words = registers.words(genes.shape.width);
+                    assert_eq!(constants.values().len(), words);
+                    assert!(constants.values().iter().all(|x| x.is_finite()));
                     if let Action::Team(target) = program.action {
                         assert!(target < *id, "a pointer to a younger team");
                         assert!(!population.roots.contains(&target), "a demoted root");

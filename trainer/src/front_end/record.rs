@@ -1,5 +1,6 @@
 //! Records what policies see in episodes, for learning.
 
+use serde::{Deserialize, Serialize};
 use tpg_runtime::{Action, Reset, math};
 
 use super::Moments;
@@ -7,7 +8,7 @@ use tpg_tasks::eval::{Controller, Reply};
 use tpg_tasks::task::ActionSpace;
 
 /// The visible observations of one episode: their moments, and the pairs of consecutive ones.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
     /// Of all visible observations.
     pub moments: Moments,

@@ -1,14 +1,14 @@
 //! Where the constants of a compact blob come from, and how to replace them.
 
-use tpg_runtime::blob::{self, Blob, RegisterMode};
-use tpg_runtime::isa::REGISTERS;
+use tpg_runtime::blob::{self, Blob, InitialValues, RegisterMode};
 use tpg_runtime::tables::Section;
 
 use super::emit::selected;
-use super::liveness::{Demand, Registers, constants_read};
 use super::mode::Mode;
 use super::policy_spec::PolicySpec;
-use crate::evolve::{Population, ProgramId, TeamId};
+use crate::evolve::{
+    Constants, Demand, Population, ProgramId, Registers, TeamId, initial_registers, members,
+};
 
 /// Whose constant it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,11 +26,10 @@ pub struct ConstantSite {
     pub owner: Owner,
     /// Its index among all constants of its owner.
     pub index: usize,
-    /// Whether decisions can depend on it.
-    pub read: bool,
 }
 
-/// The site of each entry of the constants table of an agent's compact blob, in the order of the table.
+/// The site of each entry of the constants table of an agent's compact blob, in the order of the table. `None` where no decision
+/// depends on the entry.
 ///
 /// Empty if initial values are zero, because such blobs have no constants.
 #[must_use]
@@ -38,54 +37,50 @@ pub fn constant_sites(
     population: &Population,
     root: TeamId,
     policy_spec: &PolicySpec,
-) -> Vec<ConstantSite> {
+) -> Vec<Option<ConstantSite>> {
     let selected = selected(population, root, policy_spec, Mode::Compact);
-    let width = usize::from(policy_spec.shape.width);
+    let width = policy_spec.shape.width;
     let mut sites = Vec::new();
+    if policy_spec.initial_values == InitialValues::Zero {
+        return sites;
+    }
     let programs = selected.graph.programs.iter().zip(&selected.results);
     let kept = selected.kept.code.iter().zip(&selected.registers);
     for (((id, program), results), (code, registers)) in programs.zip(kept) {
         // All code that is left is effective, so every section and column that it writes counts as read.
-        let demand = Demand {
-            results: *results,
-            stateful: policy_spec.register_mode == RegisterMode::Stateful,
-            sections: [true; 3],
-            columns: u8::MAX,
-        };
-        let read = constants_read(code, &demand);
-        if !program.constants.is_empty() {
-            push(&mut sites, Owner::Program(*id), *registers, read, width);
-        }
+        let stateful = policy_spec.register_mode == RegisterMode::Stateful;
+        let read = initial_registers(code, &Demand::all(*results, stateful));
+        let (owner, constants) = (Owner::Program(*id), &program.constants);
+        push(&mut sites, owner, constants, *registers, read, width);
     }
     for ((id, team), slots) in selected.graph.teams.iter().zip(&selected.kept.slots) {
-        if !team.memory.is_empty() {
-            let slots = Registers(*slots);
-            push(&mut sites, Owner::Team(*id), slots, slots, width);
-        }
+        let (owner, slots) = (Owner::Team(*id), Registers(*slots));
+        push(&mut sites, owner, &team.memory, slots, slots, width);
     }
     sites
 }
 
 /// Names the constants of the kept registers or slots, in the order in which they are emitted.
 fn push(
-    sites: &mut Vec<ConstantSite>,
+    sites: &mut Vec<Option<ConstantSite>>,
     owner: Owner,
+    constants: &Constants,
     kept: Registers,
     read: Registers,
-    width: usize,
+    width: u16,
 ) {
-    let mut section_start = 0;
     for section in Section::ALL {
-        let words = section.slot_words(width);
-        for k in (0..REGISTERS).filter(|k| kept.contains(section, *k as u8)) {
-            let from = section_start + k * words;
-            sites.extend((from..from + words).map(|index| ConstantSite {
-                owner,
-                index,
-                read: read.contains(section, k as u8),
-            }));
+        for k in members(kept, section) {
+            let start = constants.start(section, k, width);
+            let start = start.filter(|_| read.contains(section, k));
+            let site = |word| {
+                start.map(|start| ConstantSite {
+                    owner,
+                    index: start + word,
+                })
+            };
+            sites.extend((0..section.slot_words(usize::from(width))).map(site));
         }
-        section_start += REGISTERS * words;
     }
 }
 

@@ -4,16 +4,17 @@ use std::collections::BTreeMap;
 
 use tpg_runtime::Header;
 use tpg_runtime::blob::{self, InitialValues, MemoryModel, RegisterMode};
-use tpg_runtime::isa::{INDEXED_CELLS, Op, Operand, REGISTERS};
+use tpg_runtime::isa::{INDEXED_CELLS, Operand};
 use tpg_runtime::registers::RegisterMap;
 use tpg_runtime::tables::{self, Section, Tables, Target};
 
 use super::error::{LowerError, limit, small};
-use super::liveness::{Graph, Kept, Registers, compact, register_read, register_written};
+use super::liveness::{Graph, Kept, compact};
 use super::mode::Mode;
 use super::policy_spec::{PolicySpec, header};
 use crate::evolve::{
-    Action, Instruction, Population, Program, ProgramId, Shape, Source, Team, TeamId,
+    Action, Constants, Instruction, Population, Program, ProgramId, Registers, Shape, Source, Team,
+    TeamId, members, register_read, register_written,
 };
 
 /// Lowers an agent to the bytes of a blob.
@@ -102,12 +103,11 @@ fn graph(population: &Population, root: TeamId) -> Graph<'_> {
 
 /// The registers that matter after a run: that of the bid, and that of the output if the program is atomic.
 fn results(shape: &Shape, program: &Program) -> Registers {
-    let mut results = Registers::default();
-    results.insert(Section::Scalar, 0);
-    if let (Some(section), true) = (shape.output_section(), program.is_atomic()) {
-        results.insert(section, 1);
+    if program.is_atomic() {
+        shape.results()
+    } else {
+        Registers([1, 0, 0])
     }
-    results
 }
 
 fn whole(graph: &Graph<'_>, policy_spec: &PolicySpec) -> Kept {
@@ -133,23 +133,7 @@ fn registers(kept: &Kept, results: &[Registers], mode: Mode) -> Vec<Registers> {
         if mode == Mode::Whole {
             return Registers::ALL;
         }
-        let mut registers = *results;
-        for instruction in code {
-            if let Some(section) = register_written(instruction.op) {
-                registers.insert(section, instruction.destination);
-            }
-            let kinds = instruction.op.operands();
-            for (kind, source) in kinds.into_iter().zip([&instruction.a, &instruction.b]) {
-                if let Some((section, register)) = register_read(kind, source) {
-                    registers.insert(section, register);
-                }
-            }
-            // A write of indexed memory stores register c in column c, so all keep their numbers.
-            if instruction.op == Op::MemWrite {
-                registers.0[Section::Scalar as usize] = u8::MAX;
-            }
-        }
-        registers
+        results.union(Registers::named(code))
     };
     kept.code
         .iter()
@@ -226,14 +210,8 @@ impl<'a> Emitter<'a> {
 
     /// State offset of the first cell. Cells lie behind all registers. Policies with cells have no team memory.
     fn cells_start(&self, registers: &[Registers]) -> usize {
-        let width = self.width();
-        let of_program = |r: &Registers| -> usize {
-            let sections = Section::ALL.iter();
-            sections
-                .map(|s| r.of(*s).count_ones() as usize * s.slot_words(width))
-                .sum()
-        };
-        self.words + registers.iter().map(of_program).sum::<usize>()
+        let width = self.policy_spec.shape.width;
+        self.words + registers.iter().map(|r| r.words(width)).sum::<usize>()
     }
 
     fn program(
@@ -244,7 +222,7 @@ impl<'a> Emitter<'a> {
         registers: Registers,
         cells_start: usize,
     ) -> Result<(), LowerError> {
-        let counts = Section::ALL.map(|s| registers.of(s).count_ones() as u8);
+        let counts = Section::ALL.map(|s| registers.count(s) as u8);
         let layout = Layout {
             map: RegisterMap::new(&self.header, self.words, counts),
             registers,
@@ -299,22 +277,25 @@ impl<'a> Emitter<'a> {
         Ok(())
     }
 
-    /// Appends the constants of the kept registers or slots and returns where they begin.
-    fn constants(&mut self, constants: &[f32], kept: Registers) -> u32 {
+    /// Appends the constants of the kept registers or slots and returns where they begin. Those whose initial values cannot
+    /// matter have none, and begin as zeros.
+    fn constants(&mut self, constants: &Constants, kept: Registers) -> u32 {
         if self.policy_spec.initial_values == InitialValues::Zero {
             return 0;
         }
-        let (start, width) = (self.constants.len() as u32, self.width());
-        let mut section_start = 0;
+        let (start, width) = (self.constants.len() as u32, self.policy_spec.shape.width);
         for section in Section::ALL {
-            let words = section.slot_words(width);
-            for k in (0..REGISTERS).filter(|k| kept.of(section) & (1 << k) != 0) {
-                let from = section_start + k * words;
-                let register = constants.get(from..from + words).unwrap_or_default();
-                self.constants
-                    .extend(register.iter().map(|x| x.to_le_bytes()));
+            for k in members(kept, section) {
+                match constants.get(section, k, width) {
+                    Some(values) => self
+                        .constants
+                        .extend(values.iter().map(|x| x.to_le_bytes())),
+                    None => {
+                        let words = section.slot_words(usize::from(width));
+                        self.constants.resize(self.constants.len() + words, [0; 4]);
+                    }
+                }
             }
-            section_start += REGISTERS * words;
         }
         start
     }
@@ -380,8 +361,11 @@ impl Layout<'_> {
             Operand::None => 0,
             Operand::S => element,
             Operand::SOrVElement if !source.of_vector => element,
-            Operand::V | Operand::M => self.offset,
-            Operand::VElement | Operand::MElement | Operand::SOrVElement => self.offset + element,
+            Operand::V
+            | Operand::M
+            | Operand::VElement
+            | Operand::MElement
+            | Operand::SOrVElement => self.offset + element,
             Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => {
                 usize::from(source.register)
             }

@@ -102,18 +102,14 @@ fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> usize {
                 if !source.observed {
                     continue;
                 }
-                let end = match kind {
-                    Operand::V => offset + width,
-                    Operand::M => offset + width * width,
-                    Operand::VElement | Operand::MElement => {
-                        offset + usize::from(source.element) + 1
-                    }
-                    Operand::SOrVElement if source.of_vector => {
-                        offset + usize::from(source.element) + 1
-                    }
+                let read = match kind {
+                    Operand::V => width,
+                    Operand::M => width * width,
+                    Operand::VElement | Operand::MElement => 1,
+                    Operand::SOrVElement if source.of_vector => 1,
                     _ => continue,
                 };
-                words = words.max(end);
+                words = words.max(offset + usize::from(source.element) + read);
             }
         }
     }

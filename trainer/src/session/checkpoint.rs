@@ -12,7 +12,7 @@ use crate::front_end::Learner;
 use tpg_tasks::task::Spec;
 
 const MAGIC: &[u8; 8] = b"TPGCHKPT";
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 const DIGEST_BYTES: usize = 32;
 
 /// Why a checkpoint could not be written or read.

@@ -10,6 +10,15 @@ use crate::lower::Mode;
 use tpg_tasks::eval::{Domain, episode_seed};
 
 impl Session {
+    /// Whether teams are scored one after another, because each finds the memory that the one before left.
+    #[must_use]
+    pub const fn scores_in_turn(&self) -> bool {
+        matches!(
+            self.settings.policy_spec.reset_scope,
+            ResetScope::PerGeneration | ResetScope::Original
+        )
+    }
+
     /// Scores new roots on the very bytes that would be exported, and records them.
     pub(super) fn score(
         &mut self,

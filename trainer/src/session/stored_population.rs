@@ -1,38 +1,49 @@
 //! How a checkpoint stores a population: blocks of constants once, however many programs and teams share them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::evolve::{Action, Instruction, Population, Program, ProgramId, ResetRule, Team, TeamId};
+use crate::evolve::{
+    Action, Constants, Instruction, Population, Program, ProgramId, Registers, ResetRule, Team,
+    TeamId,
+};
+
+/// Constants by the number of their block.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct StoredConstants {
+    registers: Registers,
+    block: u32,
+}
 
 #[derive(Serialize, Deserialize)]
-struct StoredProgram {
+struct StoredProgram<'a> {
     id: ProgramId,
-    instructions: Vec<Instruction>,
-    constants: u32,
+    instructions: Cow<'a, [Instruction]>,
+    constants: StoredConstants,
     offset: u16,
     action: Action,
 }
 
 #[derive(Serialize, Deserialize)]
-struct StoredTeam {
+struct StoredTeam<'a> {
     id: TeamId,
-    members: Vec<ProgramId>,
-    memory: u32,
+    members: Cow<'a, [ProgramId]>,
+    memory: StoredConstants,
     stream_key: u32,
     reset_rule: Option<ResetRule>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct StoredPopulation {
+struct StoredPopulation<'a> {
     next_team: u64,
     next_program: u64,
     roots: Vec<TeamId>,
-    teams: Vec<StoredTeam>,
-    programs: Vec<StoredProgram>,
+    teams: Vec<StoredTeam<'a>>,
+    programs: Vec<StoredProgram<'a>>,
     constants: Vec<Arc<[f32]>>,
 }
 
@@ -43,13 +54,17 @@ struct Blocks {
 }
 
 impl Blocks {
-    fn number(&mut self, block: &Arc<[f32]>) -> u32 {
+    fn store(&mut self, constants: &Constants) -> StoredConstants {
+        let values = constants.values();
         let next = self.blocks.len() as u32;
-        let number = *self.numbers.entry(block.as_ptr()).or_insert(next);
-        if number == next {
-            self.blocks.push(block.clone());
+        let block = *self.numbers.entry(values.as_ptr()).or_insert(next);
+        if block == next {
+            self.blocks.push(values.clone());
         }
-        number
+        StoredConstants {
+            registers: constants.registers(),
+            block,
+        }
     }
 }
 
@@ -63,8 +78,8 @@ pub(super) fn serialize<S: Serializer>(
         .iter()
         .map(|(id, team)| StoredTeam {
             id: *id,
-            members: team.members.clone(),
-            memory: blocks.number(&team.memory),
+            members: Cow::Borrowed(&team.members),
+            memory: blocks.store(&team.memory),
             stream_key: team.stream_key,
             reset_rule: team.reset_rule,
         })
@@ -74,8 +89,8 @@ pub(super) fn serialize<S: Serializer>(
         .iter()
         .map(|(id, program)| StoredProgram {
             id: *id,
-            instructions: program.instructions.clone(),
-            constants: blocks.number(&program.constants),
+            instructions: Cow::Borrowed(&program.instructions),
+            constants: blocks.store(&program.constants),
             offset: program.offset,
             action: program.action,
         })
@@ -95,9 +110,12 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Population, D::Error> {
     let stored = StoredPopulation::deserialize(deserializer)?;
-    let block = |number: u32| {
+    let restore = |constants: StoredConstants| {
+        let number = constants.block;
         let block = stored.constants.get(number as usize).cloned();
-        block.ok_or_else(|| D::Error::custom(format!("block {number} of constants is missing")))
+        let values = block
+            .ok_or_else(|| D::Error::custom(format!("block {number} of constants is missing")))?;
+        Ok(Constants::from_parts(constants.registers, values))
     };
     let mut population = Population {
         roots: stored.roots,
@@ -107,8 +125,8 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     };
     for program in stored.programs {
         let restored = Program {
-            instructions: program.instructions,
-            constants: block(program.constants)?,
+            instructions: program.instructions.into_owned(),
+            constants: restore(program.constants)?,
             offset: program.offset,
             action: program.action,
         };
@@ -116,8 +134,8 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     }
     for team in stored.teams {
         let restored = Team {
-            members: team.members,
-            memory: block(team.memory)?,
+            members: team.members.into_owned(),
+            memory: restore(team.memory)?,
             stream_key: team.stream_key,
             reset_rule: team.reset_rule,
         };

@@ -8,7 +8,7 @@ use super::Session;
 use super::eval_stats::EvalStats;
 use super::record::Candidate;
 use crate::evaluator::{Batch, Evaluator, EvaluatorError};
-use crate::evolve::{Constants, Initial, Team, TeamId, grow, remember, rewrite_constants};
+use crate::evolve::{Initial, NewConstants, Team, TeamId, grow, remember, rewrite_constants};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
 use crate::tune::{RecentMean, Search, Trial};
 use tpg_tasks::eval::{Domain, episode_seed};
@@ -72,22 +72,22 @@ impl Lineage {
 /// The constants of an agent that decisions depend on.
 pub(super) struct Tunable {
     template: Vec<u8>,
-    /// The whole table of constants, and what of it is read.
+    /// The whole table of constants.
     table: Vec<f32>,
-    sites: Vec<ConstantSite>,
-    read: Vec<usize>,
+    /// What of it decisions depend on: its places in the table and in the genome.
+    read: Vec<(usize, ConstantSite)>,
 }
 
 impl Tunable {
     /// Those constants, in the order of the table.
     pub(super) fn values(&self) -> Vec<f32> {
-        self.read.iter().map(|k| self.table[*k]).collect()
+        self.read.iter().map(|(k, _)| self.table[*k]).collect()
     }
 
     /// The agent's blob with others in their place.
     fn blob(&self, values: &[f32]) -> Option<Vec<u8>> {
         let mut table = self.table.clone();
-        for (k, value) in self.read.iter().zip(values) {
+        for ((k, _), value) in self.read.iter().zip(values) {
             table[*k] = *value;
         }
         with_constants(&self.template, &table)
@@ -287,12 +287,13 @@ impl Session {
         let blob = Blob::decode(&template).ok()?;
         let constants = blob.tables().constants.iter();
         let table: Vec<f32> = constants.map(|x| f32::from_le_bytes(*x)).collect();
-        let read: Vec<usize> = (0..sites.len()).filter(|k| sites[*k].read).collect();
+        let places = sites.iter().enumerate();
+        let read: Vec<(usize, ConstantSite)> =
+            places.filter_map(|(k, site)| Some((k, (*site)?))).collect();
         let sound = table.len() == sites.len() && !read.is_empty();
         sound.then_some(Tunable {
             template,
             table,
-            sites,
             read,
         })
     }
@@ -341,20 +342,16 @@ impl Session {
 
     /// Adds the agent with these constants in place of those that were tuned.
     fn write_back(&mut self, root: TeamId, tunable: &Tunable, values: &[f32]) -> TeamId {
-        let mut constants = Constants::default();
-        for (k, value) in tunable.read.iter().zip(values) {
-            let ConstantSite { owner, index, .. } = tunable.sites[*k];
-            let all = match owner {
-                Owner::Program(id) => constants
-                    .programs
-                    .entry(id)
-                    .or_insert_with(|| self.state.population.program(id).constants.to_vec()),
-                Owner::Team(id) => constants
-                    .teams
-                    .entry(id)
-                    .or_insert_with(|| self.state.population.team(id).memory.to_vec()),
+        let mut constants = NewConstants::default();
+        let population = &self.state.population;
+        for ((_, site), value) in tunable.read.iter().zip(values) {
+            let all = match site.owner {
+                Owner::Program(id) => (constants.programs.entry(id))
+                    .or_insert_with(|| population.program(id).constants.values().to_vec()),
+                Owner::Team(id) => (constants.teams.entry(id))
+                    .or_insert_with(|| population.team(id).memory.values().to_vec()),
             };
-            all[index] = *value;
+            all[site.index] = *value;
         }
         rewrite_constants(&mut self.state.population, root, &constants)
     }

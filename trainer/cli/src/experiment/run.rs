@@ -1,10 +1,12 @@
 //! `tpg experiment run`
 
-use std::fs::{File, TryLockError};
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::collections::VecDeque;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::claim::Claim;
 use crate::interrupt::stop_on_signal;
 use tpg_experiments::cell;
 use tpg_experiments::file::{Cell, Experiment};
@@ -83,11 +85,10 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let out = args.out.clone();
     let out = out.unwrap_or_else(|| default_folder(&args.file));
     let manifest = Manifest::new(&experiment, &experiment.cells().or_usage(&shown)?);
-    let folder = Folder::open(&out, &manifest).map_err(folder_failure)?;
-    let _lock = lock(&folder)?;
+    let folder = open(&out, &manifest)?;
     let missing = missing(&folder, &manifest, &cells)?;
     note(format_args!(
-        "{}: {} of {} runs are to be done, {} at a time",
+        "{}: {} of {} runs are to be done, {} at a time; other processes that run this command share them",
         folder.path().display(),
         missing.len(),
         cells.len(),
@@ -96,31 +97,28 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let stop = stop_on_signal()?;
     let work = Work {
         experiment: &experiment,
+        manifest: &manifest,
         folder: &folder,
         done: Mutex::new(cells.len() - missing.len()),
-        missing,
-        next: AtomicUsize::new(0),
+        queue: Mutex::new(missing.into_iter().map(|cell| (cell, false)).collect()),
         all: cells.len(),
         stop: &stop,
     };
     work.finish(jobs)
 }
 
-/// Keeps a second process out of the folder while this one lives.
-fn lock(folder: &Folder) -> Result<File, Failure> {
-    let path = folder.path().join("work/lock");
-    let file = File::create(&path).or_unwritable(&path)?;
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(Failure::usage(anyhow::anyhow!(
-            "another process is running the experiment in {}; wait for its end",
-            folder.path().display()
-        ))),
-        // Where the file system knows no locks, it goes without.
-        Err(TryLockError::Error(_)) | Ok(()) => Ok(file),
-    }
+/// Opens the folder, or makes it: one process after another.
+fn open(path: &Path, manifest: &Manifest) -> Result<Folder, Failure> {
+    let work = path.join("work");
+    std::fs::create_dir_all(&work).or_unwritable(&work)?;
+    let lock = work.join("lock");
+    let file = File::create(&lock).or_unwritable(&lock)?;
+    // Where the file system knows no locks, it goes without: all write the same.
+    let _ = file.lock();
+    Folder::open(path, manifest).map_err(folder_failure)
 }
 
-/// The runs that are not finished; what is half-written of one is removed.
+/// The runs that are not finished.
 fn missing<'a>(
     folder: &Folder,
     manifest: &Manifest,
@@ -129,17 +127,9 @@ fn missing<'a>(
     let mut missing = Vec::new();
     for cell in cells {
         match folder.find(manifest, cell).map_err(folder_failure)? {
-            Found::Finished => continue,
-            Found::Nothing => {}
-            Found::Damaged(damage) => {
-                note(format_args!(
-                    "{damage:#}; it is removed and {} done again",
-                    cell.name
-                ));
-                folder.remove(cell).map_err(folder_failure)?;
-            }
+            Found::Finished => {}
+            Found::Nothing | Found::Damaged(_) => missing.push(cell),
         }
-        missing.push(cell);
     }
     Ok(missing)
 }
@@ -147,19 +137,34 @@ fn missing<'a>(
 /// The queue of runs, and what its workers share.
 struct Work<'a> {
     experiment: &'a Experiment,
+    manifest: &'a Manifest,
     folder: &'a Folder,
-    missing: Vec<&'a Cell>,
-    next: AtomicUsize,
+    /// Runs to be done; `true` for one that another process did when it was looked at first.
+    queue: Mutex<VecDeque<(&'a Cell, bool)>>,
     done: Mutex<usize>,
     all: usize,
     stop: &'a Arc<AtomicBool>,
+}
+
+/// What came of a run.
+enum Outcome {
+    /// It was done, with this row.
+    Done(Box<Row>),
+    /// It was finished already, or stopped before its end.
+    NothingToDo,
+    /// Another process does it.
+    Taken,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Work<'_> {
     /// Does all runs, `jobs` at a time. A run that fails does not stop the others.
     fn finish(&self, jobs: usize) -> Result<Status, Failure> {
         let failures = std::thread::scope(|scope| {
-            let workers: Vec<_> = (0..jobs.min(self.missing.len()))
+            let workers: Vec<_> = (0..jobs.min(locked(&self.queue).len()))
                 .map(|_| scope.spawn(|| self.work()))
                 .collect();
             let join = |worker: std::thread::ScopedJoinHandle<'_, _>| match worker.join() {
@@ -180,16 +185,19 @@ impl Work<'_> {
         Ok(Status::Fine)
     }
 
-    /// Does runs until there are none left, or until it is told to stop.
+    /// Does runs until there are none left that nobody else does, or until it is told to stop.
     fn work(&self) -> Vec<Failure> {
         let mut failures = Vec::new();
         while !self.stop.load(Ordering::Relaxed) {
-            let Some(cell) = self.missing.get(self.next.fetch_add(1, Ordering::Relaxed)) else {
+            let Some((cell, again)) = locked(&self.queue).pop_front() else {
                 break;
             };
-            match cell::run(self.experiment, self.folder, cell, self.stop) {
-                Ok(Some(row)) => self.show(&row),
-                Ok(None) => {}
+            match self.one(cell) {
+                Ok(Outcome::Done(row)) => self.show(&row),
+                // Once more at the end: the other process may have been killed by then.
+                Ok(Outcome::Taken) if !again => locked(&self.queue).push_back((cell, true)),
+                Ok(Outcome::Taken) => note(format_args!("{}: another process does it", cell.name)),
+                Ok(Outcome::NothingToDo) => {}
                 Err(failure) => {
                     note(format_args!("{}: {:#}", cell.name, failure.error));
                     failures.push(failure);
@@ -199,11 +207,36 @@ impl Work<'_> {
         failures
     }
 
-    fn show(&self, row: &Row) {
-        let mut done = match self.done.lock() {
-            Ok(done) => done,
-            Err(poisoned) => poisoned.into_inner(),
+    /// Does a run, unless it is finished or another process does it.
+    fn one(&self, cell: &Cell) -> Result<Outcome, Failure> {
+        let path = self.folder.claim(cell);
+        let Some(claim) = Claim::take(&path).or_unwritable(&path)? else {
+            return Ok(Outcome::Taken);
         };
+        let found = self.folder.find(self.manifest, cell);
+        match found.map_err(folder_failure)? {
+            Found::Finished => {
+                claim.finish().or_unwritable(&path)?;
+                return Ok(Outcome::NothingToDo);
+            }
+            Found::Nothing => {}
+            Found::Damaged(damage) => {
+                note(format_args!(
+                    "{damage:#}; it is removed and {} done again",
+                    cell.name
+                ));
+                self.folder.remove(cell).map_err(folder_failure)?;
+            }
+        }
+        let Some(row) = cell::run(self.experiment, self.folder, cell, self.stop)? else {
+            return Ok(Outcome::NothingToDo);
+        };
+        claim.finish().or_unwritable(&path)?;
+        Ok(Outcome::Done(Box::new(row)))
+    }
+
+    fn show(&self, row: &Row) {
+        let mut done = locked(&self.done);
         *done += 1;
         note(format_args!(
             "[{done:>3}/{}] {:<40} test {:>9.2}  training {:>9.2}  {:>4} generations  {:>6.1} s",

@@ -1,5 +1,6 @@
 //! Episodes of a task under a controller, in this process or behind a bridge.
 
+use serde::{Deserialize, Serialize};
 use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
 
 use super::{EpisodeSeeds, Line, Shaping};
@@ -71,7 +72,7 @@ impl<C: Controller> Controller for &mut C {
 }
 
 /// The result of one episode.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Episode {
     /// Sum of the rewards, in f64 and in step order.
     pub total: f64,
@@ -86,7 +87,7 @@ pub struct Episode {
 }
 
 /// How training episodes may be easier than the task. The default is the task as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Blackouts are `stage`/`stages` times as probable as the task says.
     pub stage: u32,
