@@ -12,7 +12,7 @@ use crate::evolve::{ActionPrograms, EvolutionParams};
 use crate::front_end::FrontEndParams;
 use crate::keys::{Key, Named, Values, by_name, by_names, is_default, named};
 use crate::tune::TuningParams;
-use tpg_tasks::eval::Shaping;
+use tpg_tasks::eval::{Disturbance, Shaping};
 use tpg_tasks::task::Observability;
 
 /// Most episodes of an agent in a generation, or in a race.
@@ -215,6 +215,9 @@ pub struct EvaluationConfig {
     /// How blackouts become as frequent as the task says.
     #[serde(default, skip_serializing_if = "is_default")]
     pub curriculum: Curriculum,
+    /// What happens to observations and actions on their way, in order.
+    #[serde(default, skip_serializing_if = "is_default", with = "disturbances")]
+    pub disturb: Vec<Disturbance>,
 }
 
 impl EvaluationConfig {
@@ -230,6 +233,13 @@ impl EvaluationConfig {
         ),
         Key::whole("max-steps", 0, 1_000_000_000),
         Key::table("curriculum", Curriculum::KEYS),
+        Key::new(
+            "disturb",
+            Values::Texts(|text| {
+                let disturbance = text.parse::<Disturbance>();
+                disturbance.map(drop).map_err(|e| e.to_string())
+            }),
+        ),
     ];
 }
 
@@ -327,6 +337,28 @@ mod observabilities {
             list.extend(parse(&text).map_err(D::Error::custom)?);
         }
         Ok(list)
+    }
+}
+
+/// Writes and reads disturbances as a list of texts.
+mod disturbances {
+    use serde::{Deserialize as _, Deserializer, Serializer, de::Error as _};
+
+    use super::Disturbance;
+
+    pub fn serialize<S: Serializer>(
+        list: &[Disturbance],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(list.iter().map(ToString::to_string))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<Disturbance>, D::Error> {
+        let texts = Vec::<String>::deserialize(deserializer)?;
+        let parsed = texts.iter().map(|text| text.parse());
+        parsed.collect::<Result<_, _>>().map_err(D::Error::custom)
     }
 }
 

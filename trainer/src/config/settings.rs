@@ -10,7 +10,7 @@ use crate::evolve::{EvolutionParams, Genes, Shape};
 use crate::front_end::{FrontEndParams, action_variables};
 use crate::lower::PolicySpec;
 use crate::tune::TuningParams;
-use tpg_tasks::eval::{Arena, Shaping};
+use tpg_tasks::eval::{Arena, DisturbError, Disturbance, Line, Link, Shaping};
 use tpg_tasks::task::{self, ActionSpace, Channel, Observability, Spec, Wrappers, stack_text};
 
 /// Everything that a run needs to know, checked.
@@ -40,6 +40,8 @@ pub struct Settings {
     pub max_steps: u32,
     /// How blackouts become as frequent as the task says.
     pub curriculum: Curriculum,
+    /// What happens to observations and actions on their way, in order.
+    pub disturb: Vec<Disturbance>,
     /// Rates and sizes of evolution.
     pub params: EvolutionParams,
     /// How evolved constants are tuned.
@@ -81,6 +83,11 @@ impl Settings {
             let why = "the task gives its reward as one number, so no terms of it can be weighted";
             return Err(ConfigError::text("evaluation.shaping", &spec.name, why));
         }
+        if !config.evaluation.disturb.is_empty() {
+            let why = "somebody else runs the task's episodes, and so disturbs them";
+            let texts = texts(&config.evaluation.disturb);
+            return Err(ConfigError::text("evaluation.disturb", &texts, why));
+        }
         Self::of(config, spec, format!("{spec:?}"), true)
     }
 
@@ -109,6 +116,7 @@ impl Settings {
             write_distribution: policy.memory_writes,
             front_end: None,
         };
+        line(&config.evaluation.disturb, spec, &wrappers)?;
         let ops = ops(policy);
         checks::check(config, &policy_spec, &ops)?;
         let variables = action_variables(policy_spec.shape.actions);
@@ -133,6 +141,7 @@ impl Settings {
             shaping: config.evaluation.shaping,
             max_steps: config.evaluation.max_steps,
             curriculum: config.evaluation.curriculum,
+            disturb: config.evaluation.disturb.clone(),
             params: config.evolution,
             tuning: config.tuning,
             selection: config.selection,
@@ -153,8 +162,28 @@ impl Settings {
             let stack = &self.policy_spec.observability;
             ConfigError::text("observability", stack, e.to_string())
         })?;
-        Ok(Arena::new(task, wrappers).with_shaping(self.shaping))
+        let line = line(&self.disturb, task.spec(), &wrappers)?;
+        let arena = Arena::new(task, wrappers).with_shaping(self.shaping);
+        Ok(arena.with_line(line))
     }
+}
+
+/// The link between a task and its policies.
+fn line(disturb: &[Disturbance], spec: &Spec, wrappers: &Wrappers) -> Result<Line, ConfigError> {
+    let link = Link {
+        inputs: wrappers.inputs(),
+        outputs: &spec.outputs,
+        actions: spec.actions,
+        period_us: spec.period_us,
+    };
+    let wrong =
+        |e: DisturbError| ConfigError::text("evaluation.disturb", &texts(disturb), e.to_string());
+    Line::new(disturb, &link).map_err(wrong)
+}
+
+fn texts(disturb: &[Disturbance]) -> String {
+    let texts: Vec<String> = disturb.iter().map(ToString::to_string).collect();
+    texts.join(", ")
 }
 
 /// A configuration as it is written, without what is left out there.

@@ -215,6 +215,21 @@ fn a_written_configuration_keeps_its_text() {
 }
 
 #[test]
+fn training_may_be_disturbed() {
+    let preset = Preset::find("cartpole-sr-b23").expect("exists");
+    let sets =
+        ["evaluation.disturb=[\"nan:pole_angle:1/50\", \"at 1s stuck:0 for 0.5s\"]".to_owned()];
+    let config = resolve(&preset, None, &sets).expect("complete");
+    let written = toml::to_string(&config).expect("tables, numbers and text");
+    assert_eq!(toml::from_str::<Config>(&written), Ok(config.clone()));
+    let settings = Settings::new(&config).expect("the channels exist");
+    assert_eq!(settings.disturb.len(), 2);
+    let arena = settings.arena().expect("a task");
+    let error = Settings::external(&config, arena.task().spec()).expect_err("an environment's own");
+    assert!(error.to_string().contains("evaluation.disturb"), "{error}");
+}
+
+#[test]
 fn settings_that_make_no_sense_together_are_refused() {
     let preset = Preset::find("cartpole-sr-b23").expect("exists");
     let refused = |sets: &[&str]| {
@@ -242,6 +257,10 @@ fn settings_that_make_no_sense_together_are_refused() {
         ),
         (&["tuning.lines=1", "tuning.halve=true"], "tuning.one-after"),
         (&["policy.groups=[]"], "at least one instruction group"),
+        (
+            &["evaluation.disturb=[\"stuck:4\"]"],
+            "stuck:4 names no channel of this policy; there are 0 cart_position",
+        ),
     ] {
         let message = refused(sets);
         assert!(message.contains(says), "{sets:?}: {message}");

@@ -10,7 +10,7 @@ mod shaping;
 
 pub use ablation::{CountingWinners, Forgetful, MostUsed};
 pub use baseline::{ConstantController, RandomController};
-pub use disturb::{Disturbed, Link};
+pub use disturb::{Disturbed, Line, Link};
 pub use disturbance::{
     Direction, DisturbError, Disturbance, Effect, Fault, MAX_DELAY, Probability, Which, Window,
 };

@@ -26,14 +26,13 @@ pub struct Link<'a> {
     pub period_us: u32,
 }
 
-/// A controller behind a link with disturbances, each applied to what the one before it delivered.
+/// A link with disturbances, each applied to what the one before it delivered.
 ///
 /// Observations are disturbed after masks. Each disturbance draws from the stream of `mix64(wrapper seed, position)`,
 /// where positions count from 0 over both directions in the order given; adding one at the end leaves the others'
 /// numbers alone. An action that noise or quantisation moves out of the policy's range is moved to its bound.
 #[derive(Debug, Clone)]
-pub struct Disturbed<C> {
-    inner: C,
+pub struct Line {
     actions: ActionSpace,
     observation_stages: Vec<Stage>,
     action_stages: Vec<Stage>,
@@ -41,17 +40,13 @@ pub struct Disturbed<C> {
     action: Vec<f32>,
 }
 
-impl<C> Disturbed<C> {
-    /// Puts a controller behind disturbances; an empty list changes nothing.
+impl Line {
+    /// A link with disturbances; an empty list changes nothing.
     ///
     /// # Errors
     /// [`DisturbError::Discrete`] for more than a delay or a loss of the index of an action, [`DisturbError::NoSuchChannel`]
     /// for a channel that the link does not have.
-    pub fn new(
-        inner: C,
-        disturbances: &[Disturbance],
-        link: &Link<'_>,
-    ) -> Result<Self, DisturbError> {
+    pub fn new(disturbances: &[Disturbance], link: &Link<'_>) -> Result<Self, DisturbError> {
         let (actions, observation_len) = (link.actions, link.inputs.len());
         // The index of a discrete action fits a float exactly.
         let (action_len, idle) = match actions {
@@ -84,14 +79,80 @@ impl<C> Disturbed<C> {
             let steps = steps(disturbance.window, link.period_us);
             stages.push(Stage::new(happening, steps, position, len, lost));
         }
-        Ok(Disturbed {
-            inner,
+        Ok(Line {
             actions,
             observation_stages,
             action_stages,
             observation: vec![0.0; observation_len],
             action: vec![0.0; action_len],
         })
+    }
+
+    /// Begins an episode.
+    pub fn seed(&mut self, wrapper_seed: u64) {
+        let actions = &mut self.action_stages;
+        for stage in self.observation_stages.iter_mut().chain(actions) {
+            stage.reset(wrapper_seed);
+        }
+    }
+
+    /// What arrives of an observation. Allocates nothing.
+    pub fn observe<'s>(&'s mut self, observation: &'s [f32]) -> &'s [f32] {
+        if self.observation_stages.is_empty() {
+            return observation;
+        }
+        copy(observation, &mut self.observation);
+        for stage in &mut self.observation_stages {
+            stage.apply(&mut self.observation);
+        }
+        &self.observation
+    }
+
+    /// What arrives of an action. Allocates nothing.
+    pub fn act<'s>(&'s mut self, action: Action<'s>) -> Action<'s> {
+        if self.action_stages.is_empty() {
+            return action;
+        }
+        match action {
+            Action::Discrete(index) => self.action.fill(f32::from(index)),
+            Action::Continuous(values) => copy(values, &mut self.action),
+        }
+        for stage in &mut self.action_stages {
+            stage.apply(&mut self.action);
+        }
+        match self.actions {
+            ActionSpace::Discrete(_) => {
+                Action::Discrete(self.action.first().map_or(0, |v| *v as u16))
+            }
+            ActionSpace::Continuous { low, high, .. } => {
+                for value in &mut self.action {
+                    *value = value.clamp(low, high);
+                }
+                Action::Continuous(&self.action)
+            }
+        }
+    }
+}
+
+/// A controller behind a [`Line`].
+#[derive(Debug, Clone)]
+pub struct Disturbed<C> {
+    inner: C,
+    line: Line,
+}
+
+impl<C> Disturbed<C> {
+    /// Puts a controller behind disturbances; an empty list changes nothing.
+    ///
+    /// # Errors
+    /// As for [`Line::new`].
+    pub fn new(
+        inner: C,
+        disturbances: &[Disturbance],
+        link: &Link<'_>,
+    ) -> Result<Self, DisturbError> {
+        let line = Line::new(disturbances, link)?;
+        Ok(Disturbed { inner, line })
     }
 
     /// The controller without its disturbances.
@@ -105,13 +166,7 @@ impl<C: Controller> Controller for Disturbed<C> {
     type Error = C::Error;
 
     fn seed_wrappers(&mut self, wrapper_seed: u64) {
-        for stage in self
-            .observation_stages
-            .iter_mut()
-            .chain(&mut self.action_stages)
-        {
-            stage.reset(wrapper_seed);
-        }
+        self.line.seed(wrapper_seed);
         self.inner.seed_wrappers(wrapper_seed);
     }
 
@@ -121,36 +176,8 @@ impl<C: Controller> Controller for Disturbed<C> {
 
     /// Allocates nothing beyond what the controller does.
     fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, C::Error> {
-        let reply = if self.observation_stages.is_empty() {
-            self.inner.decide(observation)?
-        } else {
-            copy(observation, &mut self.observation);
-            for stage in &mut self.observation_stages {
-                stage.apply(&mut self.observation);
-            }
-            self.inner.decide(&self.observation)?
-        };
-        if self.action_stages.is_empty() {
-            return Ok(reply);
-        }
-        match reply.action {
-            Action::Discrete(index) => self.action.fill(f32::from(index)),
-            Action::Continuous(values) => copy(values, &mut self.action),
-        }
-        for stage in &mut self.action_stages {
-            stage.apply(&mut self.action);
-        }
-        let action = match self.actions {
-            ActionSpace::Discrete(_) => {
-                Action::Discrete(self.action.first().map_or(0, |v| *v as u16))
-            }
-            ActionSpace::Continuous { low, high, .. } => {
-                for value in &mut self.action {
-                    *value = value.clamp(low, high);
-                }
-                Action::Continuous(&self.action)
-            }
-        };
+        let reply = self.inner.decide(self.line.observe(observation))?;
+        let action = self.line.act(reply.action);
         Ok(Reply { action, ..reply })
     }
 }

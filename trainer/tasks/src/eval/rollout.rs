@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
 
-use super::{EpisodeSeeds, Shaping};
+use super::{EpisodeSeeds, Line, Shaping};
 use crate::task::{Task, Wrappers};
 
 /// Turns observations into actions: an agent in this process, or one at the other end of a bridge.
@@ -112,6 +112,8 @@ pub struct Arena {
     task: Box<dyn Task>,
     wrappers: Wrappers,
     shaping: Shaping,
+    /// What lies between the wrappers and the controller, if it is disturbed.
+    line: Option<Line>,
     full: Vec<f32>,
     seen: Vec<f32>,
     /// Control steps after which an episode ends at the latest.
@@ -130,6 +132,7 @@ impl Arena {
             task,
             wrappers,
             shaping: Shaping::default(),
+            line: None,
             full,
             seen,
         }
@@ -139,6 +142,15 @@ impl Arena {
     #[must_use]
     pub fn with_shaping(self, shaping: Shaping) -> Self {
         Arena { shaping, ..self }
+    }
+
+    /// The same with a disturbed link to the controller.
+    #[must_use]
+    pub fn with_line(self, line: Line) -> Self {
+        Arena {
+            line: Some(line),
+            ..self
+        }
     }
 
     /// Runs the episodes that follow under these conditions.
@@ -182,6 +194,9 @@ impl Arena {
         let mut seeds = EpisodeSeeds::new(episode_seed);
         self.task.reset(&mut seeds.initial_state);
         controller.seed_wrappers(seeds.wrappers);
+        if let Some(line) = &mut self.line {
+            line.seed(seeds.wrappers);
+        }
         controller.reset(what, seeds.agent)?;
         let mut episode = Episode {
             total: 0.0,
@@ -194,9 +209,17 @@ impl Arena {
             self.task.observe(&mut self.full);
             self.wrappers
                 .apply(&self.full, &mut self.seen, &mut seeds.mask);
-            let reply = controller.decide(&self.seen)?;
+            let seen = match &mut self.line {
+                Some(line) => line.observe(&self.seen),
+                None => &self.seen,
+            };
+            let reply = controller.decide(seen)?;
             episode.instructions += u64::from(reply.instructions);
-            let step = self.task.step(reply.action);
+            let action = match &mut self.line {
+                Some(line) => line.act(reply.action),
+                None => reply.action,
+            };
+            let step = self.task.step(action);
             episode.total += step.reward;
             episode.shaped += self.shaping.apply(&step);
             episode.steps += 1;
