@@ -2,12 +2,14 @@
 
 mod constants;
 mod dataflow;
+mod fit;
 mod genome;
 mod grow;
 mod initial;
 mod linear;
 mod params;
 mod population;
+mod registers;
 mod remember;
 mod rewrite;
 mod select;
@@ -15,7 +17,6 @@ mod vary;
 
 pub use constants::Constants;
 pub(crate) use constants::members;
-pub use dataflow::Registers;
 pub(crate) use dataflow::{
     Demand, effective, initial_registers, register_read, register_written, slot_read,
 };
@@ -27,6 +28,7 @@ pub use grow::grow;
 pub use linear::{linear_inputs, linear_ops, linear_team};
 pub use params::{ConstantParams, EvolutionParams, Initial, ProgramParams, SizeRange, TeamParams};
 pub use population::Population;
+pub use registers::Registers;
 pub use remember::{memory_ops, remember};
 pub use rewrite::{NewConstants, rewrite_constants};
 pub use select::{rank, select};

@@ -6,7 +6,6 @@ use tpg_runtime::blob::{ActionKind, RegisterMode, ResetScope};
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
 
-use super::dataflow::{Demand, initial_registers};
 use super::{Constants, Registers};
 use crate::keys::named;
 use tpg_tasks::task::{ActionSpace, Rng};
@@ -153,49 +152,6 @@ impl Genes {
         ops.retain(|op| groups.contains(&op.group()));
         ops
     }
-
-    /// The registers of a program with this code that have constants: those whose initial values can matter.
-    #[must_use]
-    pub fn initial_registers(&self, code: &[Instruction]) -> Registers {
-        let stateful = self.register_mode == RegisterMode::Stateful;
-        initial_registers(code, &Demand::all(self.shape.results(), stateful))
-    }
-
-    /// The constants of a new program with this code, U[−1, 1]; none in a run without.
-    #[must_use]
-    pub fn program_constants(&self, code: &[Instruction], rng: &mut Rng) -> Constants {
-        let mut constants = Constants::default();
-        self.fit_program(&mut constants, code, rng);
-        constants
-    }
-
-    /// Makes constants those of a program with this code. Those that it did not have are drawn, U[−1, 1].
-    pub fn fit_program(&self, constants: &mut Constants, code: &[Instruction], rng: &mut Rng) {
-        if self.constants {
-            let registers = self.initial_registers(code);
-            constants.fit(registers, self.shape.width, || initial_constant(rng));
-        }
-    }
-
-    /// Makes constants those of the memory of a team with these programs. Those that it did not have are drawn, U[−1, 1].
-    pub fn fit_memory<'a>(
-        &self,
-        constants: &mut Constants,
-        programs: impl Iterator<Item = &'a Program>,
-        rng: &mut Rng,
-    ) {
-        if self.constants && self.team_memory {
-            let slots = programs
-                .map(|program| Registers::slots_read(&program.instructions))
-                .fold(Registers::default(), Registers::union);
-            constants.fit(slots, self.shape.width, || initial_constant(rng));
-        }
-    }
-}
-
-/// An initial constant, U[−1, 1].
-fn initial_constant(rng: &mut Rng) -> f32 {
-    rng.uniform(-1.0, 1.0) as f32
 }
 
 /// Where an instruction reads: a register, or the observation in its place.
@@ -362,19 +318,6 @@ pub struct Program {
 }
 
 impl Program {
-    /// A random program with an atomic action.
-    #[must_use]
-    pub fn random(genes: &Genes, len: usize, rng: &mut Rng) -> Self {
-        let instructions: Vec<Instruction> =
-            (0..len).map(|_| Instruction::random(genes, rng)).collect();
-        Program {
-            constants: genes.program_constants(&instructions, rng),
-            instructions,
-            offset: rng.below(u64::from(genes.shape.inputs)) as u16,
-            action: random_atomic(&genes.shape, rng),
-        }
-    }
-
     /// Whether its action goes to the plant.
     #[must_use]
     pub fn is_atomic(&self) -> bool {

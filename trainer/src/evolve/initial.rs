@@ -1,9 +1,10 @@
 //! The first generation.
 
+use super::genome::random_atomic;
 use super::linear::linear_team;
 use super::{
-    Action, Constants, EvolutionParams, Genes, Initial, Population, Program, ProgramId, ResetRule,
-    SizeRange, Team,
+    Action, Constants, EvolutionParams, Genes, Initial, Instruction, Population, Program,
+    ProgramId, ResetRule, SizeRange, Team,
 };
 use tpg_tasks::task::Rng;
 
@@ -45,6 +46,21 @@ impl Population {
             population.roots.push(root);
         }
         population
+    }
+}
+
+impl Program {
+    /// A random program with an atomic action.
+    #[must_use]
+    pub fn random(genes: &Genes, len: usize, rng: &mut Rng) -> Self {
+        let instructions: Vec<Instruction> =
+            (0..len).map(|_| Instruction::random(genes, rng)).collect();
+        Program {
+            constants: genes.program_constants(&instructions, rng),
+            instructions,
+            offset: rng.below(u64::from(genes.shape.inputs)) as u16,
+            action: random_atomic(&genes.shape, rng),
+        }
     }
 }
 
