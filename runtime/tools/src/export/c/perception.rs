@@ -45,9 +45,13 @@ pub(super) fn perceive(plan: &Plan<'_>, name: &str) -> Result<Vec<Snippet>, fmt:
     let perceptible = format!(
         "static inline float perceptible(float x) {{ return clamp(or_zero(x), -{limit}, {limit}); }}\n"
     );
+    // By its bits, so that no option of a compiler can assume that there is no NaN.
+    let seen = "/* NaN and infinities stand for elements that are missing. */\nstatic inline bool is_seen(float x) { return op_abs(x) <= FLT_MAX; }\n";
     let mut text = String::new();
     write_perceive(&mut text, plan, name, &front_end)?;
-    Ok([perceptible, text].map(Snippet::new).to_vec())
+    Ok([seen.to_owned(), perceptible, text]
+        .map(Snippet::new)
+        .to_vec())
 }
 
 fn write_perceive(
@@ -83,14 +87,14 @@ fn write_each(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fm
         write_model_tables(out, plan, front_end)?;
         writeln!(
             out,
-            "    bool believing = false;\n    for (int k = 0; k < {c}; k++) believing = believing || !isfinite(observation[believed[k]]);"
+            "    bool believing = false;\n    for (int k = 0; k < {c}; k++) believing = believing || !is_seen(observation[believed[k]]);"
         )?;
         writeln!(out, "    if (believing) {{")?;
         let mut text = String::new();
         write_sums(&mut text, plan, front_end)?;
         writeln!(
             text,
-            "    for (int q = 0; q < {c}; q++) {{\n        float *x = &self->perceived[believed[q]];\n        if (!isfinite(observation[believed[q]])) *x = perceptible(*x + sums[q]);\n    }}"
+            "    for (int q = 0; q < {c}; q++) {{\n        float *x = &self->perceived[believed[q]];\n        if (!is_seen(observation[believed[q]])) *x = perceptible(*x + sums[q]);\n    }}"
         )?;
         writeln!(
             text,
@@ -108,7 +112,7 @@ fn write_each(out: &mut String, plan: &Plan<'_>, front_end: &FrontEnd<'_>) -> fm
     };
     writeln!(
         out,
-        "    for (int k = 0; k < {n}; k++) {{\n        if (isfinite(observation[k])) {{\n            self->perceived[k] = perceptible((observation[k] - means[k]) * scales[k]);\n            counted++;\n        }}{missing}\n    }}\n    return counted;\n}}"
+        "    for (int k = 0; k < {n}; k++) {{\n        if (is_seen(observation[k])) {{\n            self->perceived[k] = perceptible((observation[k] - means[k]) * scales[k]);\n            counted++;\n        }}{missing}\n    }}\n    return counted;\n}}"
     )
 }
 
