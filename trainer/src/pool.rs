@@ -161,6 +161,7 @@ impl Evaluator for Pool {
 mod tests {
     use super::*;
     use crate::evaluator::Split;
+    use tpg_tasks::eval::Conditions;
     use tpg_tasks::task::{CartPole, Task as _, Wrappers};
 
     #[test]
