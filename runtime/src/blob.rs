@@ -6,6 +6,7 @@
 mod contract;
 mod decode;
 mod encode;
+mod error;
 mod header;
 #[cfg(feature = "old-formats")]
 mod old;
@@ -13,14 +14,15 @@ mod sections;
 
 pub(crate) use contract::lines;
 pub use contract::{contract, contract_bytes};
-pub use decode::{Blob, DecodeError};
+pub use decode::Blob;
 pub use encode::{EncodeError, encode, encode_signed, encoded_bound};
+pub use error::{DecodeError, SectionFault};
 pub(crate) use header::HeaderFault;
 pub use header::{
     ActionKind, Header, InitialValues, MemoryModel, Missing, RegisterMode, ResetScope,
     WriteDistribution,
 };
-pub use sections::{SIGNATURE_BYTES, SIGNATURE_SECTION_BYTES, SectionFault, Signature};
+pub use sections::{SIGNATURE_BYTES, SIGNATURE_SECTION_BYTES, Signature};
 
 /// The first four bytes of every blob.
 pub const MAGIC: [u8; 4] = *b"TPGB";
@@ -33,6 +35,8 @@ pub const OLDEST_VERSION: u16 = if cfg!(feature = "old-formats") {
     VERSION
 };
 
+/// Most entries of a directory.
+pub(crate) const MAX_SECTIONS: u16 = 32;
 /// Most bytes of a file of version 3.
 pub const MAX_FILE_BYTES: u32 = 1 << 24;
 

@@ -53,7 +53,7 @@ fn errors(task_name: &str, preset: &str, columns: &str, degree: &str) -> (f64, f
             if visible {
                 held.clone_from(&truth);
             } else {
-                seen.fill(0.0);
+                seen.fill(f32::NAN);
             }
             let action = agent.decide(&seen).expect("the right length").action;
             let ended = task.step(action).terminated;

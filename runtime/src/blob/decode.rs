@@ -2,10 +2,9 @@
 //!
 //! Checks the header, the length, the checksum and the tables' layout.
 
-use core::fmt;
-
+use super::error::{DecodeError, SectionFault};
 use super::header::HeaderFault;
-use super::{CRC, CRC_BYTES, Header, OLDEST_VERSION, SectionFault, Signature, VERSION};
+use super::{CRC, CRC_BYTES, Header, Signature, VERSION};
 use super::{contract, sections};
 use crate::isa::FINGERPRINT;
 use crate::tables::Tables;
@@ -17,111 +16,6 @@ pub struct Blob<'a> {
     tables: Tables<'a>,
     signature: Option<Signature<'a>>,
 }
-
-/// Why bytes cannot be decoded as a blob.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DecodeError {
-    /// There are fewer bytes than a header has, or fewer than the header says.
-    Truncated {
-        /// Bytes that are needed: the length of the file, or that of the header if not even the header is complete.
-        needed: usize,
-        /// Bytes that were given.
-        got: usize,
-    },
-    /// There are more bytes than the header says.
-    TrailingBytes {
-        /// Number of extra bytes.
-        count: usize,
-    },
-    /// The bytes do not begin with [`MAGIC`](super::MAGIC). The file is not a blob.
-    NotABlob,
-    /// This build does not read the file's format version.
-    Version {
-        /// Version in the file.
-        file: u16,
-        /// Newest version that this build reads.
-        supported: u16,
-    },
-    /// The blob was made for a different instruction table.
-    InstructionSet {
-        /// Fingerprint in the file.
-        file: u32,
-        /// Fingerprint of this build's instruction table.
-        supported: u32,
-    },
-    /// A field of the header holds a value that the format does not define.
-    HeaderField {
-        /// Name of the field.
-        field: &'static str,
-    },
-    /// The checksum is wrong. The bytes were damaged.
-    Checksum {
-        /// Checksum in the file.
-        stored: u32,
-        /// Checksum computed from the file's header and body.
-        computed: u32,
-    },
-    /// The tables cannot be read from the body, or bytes are left over after them.
-    Body,
-    /// A section of version 3 is refused.
-    Section {
-        /// Type of the section.
-        kind: u16,
-        /// What is wrong with it.
-        fault: SectionFault,
-    },
-    /// The length of a table is not a multiple of the width of its records.
-    RecordWidth {
-        /// Name of the table.
-        table: &'static str,
-    },
-}
-
-impl fmt::Display for DecodeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Truncated { needed, got } => write!(
-                f,
-                "blob is truncated: {needed} bytes needed, {got} there; export or copy it again"
-            ),
-            Self::TrailingBytes { count } => {
-                write!(
-                    f,
-                    "blob has {count} bytes too many; export or copy it again"
-                )
-            }
-            Self::NotABlob => write!(f, "not a TPG blob: it does not begin with \"TPGB\""),
-            Self::Version { file, supported } => write!(
-                f,
-                "blob has format version {file}, this build reads versions {OLDEST_VERSION} to {supported}; \
-                 export it again with this build's `tpg`, or use the build that made it"
-            ),
-            Self::InstructionSet { file, supported } => write!(
-                f,
-                "blob was made for instruction set {file:08x}, this build executes {supported:08x}; \
-                 export it again with this build's `tpg`, or use the build that made it"
-            ),
-            Self::HeaderField { field } => {
-                write!(f, "header field `{field}` holds an unknown value")
-            }
-            Self::Checksum { stored, computed } => write!(
-                f,
-                "blob is damaged: checksum {stored:08x} stored, {computed:08x} computed"
-            ),
-            Self::Body => write!(
-                f,
-                "body of the blob is malformed though its checksum is right"
-            ),
-            Self::Section { kind, fault } => write!(f, "section of type {kind} {fault}"),
-            Self::RecordWidth { table } => {
-                write!(f, "table `{table}` ends in the middle of a record")
-            }
-        }
-    }
-}
-
-impl core::error::Error for DecodeError {}
 
 impl<'a> Blob<'a> {
     /// Decodes a blob. The tables borrow from `bytes` and are not copied.
@@ -215,15 +109,5 @@ impl<'a> Blob<'a> {
     #[must_use]
     pub const fn tables(&self) -> &Tables<'a> {
         &self.tables
-    }
-}
-
-pub(super) fn records<'a, const N: usize>(
-    bytes: &'a [u8],
-    table: &'static str,
-) -> Result<&'a [[u8; N]], DecodeError> {
-    match bytes.as_chunks::<N>() {
-        (records, []) => Ok(records),
-        _ => Err(DecodeError::RecordWidth { table }),
     }
 }

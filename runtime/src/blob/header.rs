@@ -1,7 +1,6 @@
 //! The header of a blob. It has a fixed size, and constant expressions can read it.
 
-use super::sections::MAX_SECTIONS;
-use super::{CRC_BYTES, MAGIC, MAX_FILE_BYTES, OLDEST_VERSION, VERSION};
+use super::{CRC_BYTES, MAGIC, MAX_FILE_BYTES, MAX_SECTIONS, OLDEST_VERSION, VERSION};
 use crate::isa::FINGERPRINT;
 
 macro_rules! coded {

@@ -1,6 +1,6 @@
 //! The body of versions 1 and 2: a message in postcard's encoding.
 
-use super::decode::{DecodeError, records};
+use super::error::{DecodeError, records};
 use crate::tables::Tables;
 
 /// The body as postcard reads it.

@@ -1,12 +1,8 @@
 //! The directory of version 3 and the sections that it names.
 
-use core::fmt;
-
-use super::decode::{DecodeError, records};
+use super::error::{DecodeError, SectionFault, records};
 use crate::tables::Tables;
 
-/// Most entries of a directory.
-pub(super) const MAX_SECTIONS: u16 = 32;
 /// Bytes of an entry of the directory.
 pub(super) const ENTRY_BYTES: usize = 8;
 /// The first type that a reader may step over.
@@ -26,51 +22,6 @@ pub(super) mod kind {
     pub const TASK: u16 = 10;
     pub const OBSERVABILITY: u16 = 11;
     pub const SIGNATURE: u16 = 65_535;
-}
-
-/// What is wrong with a section.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum SectionFault {
-    /// Its type is not above that of the section before it.
-    Order,
-    /// A reserved byte of its entry in the directory is not zero.
-    Reserved,
-    /// It has no bytes. Such a section has no entry.
-    Empty,
-    /// It reaches beyond the body.
-    Beyond,
-    /// A byte of the gap behind it is not zero.
-    Padding,
-    /// The policy cannot be used without it, and this build does not know its type.
-    Critical,
-    /// It is no UTF-8.
-    Text,
-    /// Its contents do not have their form.
-    Form,
-}
-
-impl SectionFault {
-    const fn text(self) -> &'static str {
-        match self {
-            Self::Order => "does not come after those of lower types",
-            Self::Reserved => "has a reserved byte that is not zero in its entry",
-            Self::Empty => "is empty",
-            Self::Beyond => "reaches beyond the file",
-            Self::Padding => "is followed by bytes that are not zero",
-            Self::Critical => {
-                "is needed, and this build does not know it; use the build that made the file"
-            }
-            Self::Text => "is not UTF-8",
-            Self::Form => "does not have its form",
-        }
-    }
-}
-
-impl fmt::Display for SectionFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.text())
-    }
 }
 
 /// Bytes of an Ed25519 signature.

@@ -2,6 +2,7 @@
 
 mod ablation;
 mod baseline;
+mod controller;
 mod disturb;
 mod disturbance;
 mod rollout;
@@ -10,10 +11,11 @@ mod shaping;
 
 pub use ablation::{CountingWinners, Forgetful, MostUsed};
 pub use baseline::{ConstantController, RandomController};
+pub use controller::{Controller, Reply};
 pub use disturb::{Disturbed, Line, Link};
 pub use disturbance::{
     Direction, DisturbError, Disturbance, Effect, Fault, MAX_DELAY, Probability, Which, Window,
 };
-pub use rollout::{Arena, Conditions, Controller, Episode, EvaluationError, Reply, evaluate};
+pub use rollout::{Arena, Conditions, Episode, EvaluationError, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};
 pub use shaping::Shaping;
