@@ -132,7 +132,7 @@ fn contracts_are_as_listed() {
         let blob = Blob::decode(file).expect("a blob");
         let mut bytes = Vec::new();
         contract_bytes(blob.header(), blob.tables().labels, |part| {
-            bytes.extend_from_slice(part)
+            bytes.extend_from_slice(part);
         });
         let hex = bytes.iter().fold(String::new(), |mut hex, byte| {
             let _ = write!(hex, "{byte:02x}");

@@ -400,10 +400,8 @@ impl Header {
         } else {
             (u16_at(bytes, 84), u16_at(bytes, 86))
         };
-        if !old {
-            if let Some(field) = Self::refused_extension(bytes) {
-                return Err(HeaderFault::Field(field));
-            }
+        if !old && let Some(field) = Self::refused_extension(bytes) {
+            return Err(HeaderFault::Field(field));
         }
         Ok(Header {
             version,

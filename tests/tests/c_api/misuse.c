@@ -38,7 +38,8 @@ int main(int argc, char **argv)
 
     /* The size comes from the header alone; what is no header has none. */
     if (n == 0 || d == 0 || needed == 0 || needed > sizeof memory) return 1;
-    if (tpg_memory_size(continuous, n) != needed || tpg_memory_size(continuous, TPG_HEADER_SIZE - 1) != 0) return 1;
+    /* A header of version 1, which this file has, takes 72 bytes. */
+    if (tpg_memory_size(continuous, n) != needed || tpg_memory_size(continuous, 71) != 0) return 1;
     if (tpg_memory_size(NULL, n) != 0 || tpg_memory_size(x, sizeof x) != 0 || tpg_memory_size(continuous, SIZE_MAX) != 0) return 1;
 
     EXPECT(NULL_POINTER, tpg_init(NULL, needed, continuous, n, &agent));

@@ -35,6 +35,7 @@ position-noise = 0.5
 const MODEL: &str = r#"<mujoco><option timestep="0.002"/><worldbody><include file="body.xml"/></worldbody>
     <actuator><motor name="j" joint="j" ctrllimited="true" ctrlrange="-1 1"/></actuator></mujoco>"#;
 
+#[cfg(feature = "mujoco")]
 const BODY: &str = r#"<mujocoinclude><body><joint name="j" type="hinge" axis="0 1 0"/>
     <geom size=".1" mass="1"/></body></mujocoinclude>"#;
 

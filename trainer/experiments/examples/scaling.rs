@@ -232,10 +232,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .fold(0.0, f64::max);
     let policies: usize = batches.iter().map(|batch| batch.costs.len()).sum();
     let one = serial + lowering + episodes;
-    println!(
-        "{preset}: {generations} generations, {policies} policies, {:.1} s on one core:",
-        one
-    );
+    println!("{preset}: {generations} generations, {policies} policies, {one:.1} s on one core:");
     println!(
         "episodes {episodes:.2} s, making policies {lowering:.3} s, variation, selection and report {serial:.3} s, \
          longest episode {:.1} ms\n",
