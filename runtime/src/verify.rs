@@ -64,6 +64,8 @@ impl<'a> Policy<'a> {
     ///
     /// # Errors
     /// Any [`VerifyError`] except [`VerifyError::Decode`].
+    // Its frame holds tables that a firmware's `main`, into which this could be inlined, would keep for good.
+    #[inline(never)]
     pub fn verify(blob: &Blob<'a>) -> Result<Self, VerifyError> {
         let (header, tables) = (*blob.header(), *blob.tables());
         check_header(&header, &tables)?;

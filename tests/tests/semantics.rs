@@ -391,7 +391,7 @@ fn observations_of_another_length_are_refused() {
         assert_eq!(error, ObservationError { needed: 3, got });
         assert_eq!(
             error.to_string(),
-            format!("observation has {got} elements, the policy expects 3")
+            format!("observation or mask has {got} elements, the policy expects 3")
         );
     }
     assert_eq!(agent.words(), before, "nothing changed");

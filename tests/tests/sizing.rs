@@ -157,7 +157,7 @@ fn what_does_not_fit_does_not_compile() {
     fails(&[b'x'; 100], agent, "the file does not begin with TPGB");
     let mut newer = BLOB.to_vec();
     newer[4] = 9;
-    let versions = "the file has format version 9, this build reads versions 1 to 2";
+    let versions = "the file has format version 9, this build reads versions 1 to 3";
     fails(&newer, agent, versions);
     let cut = &BLOB[..BLOB.len() - 5];
     let lengths = format!(
