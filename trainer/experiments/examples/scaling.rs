@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use plotters::prelude::*;
+use plotters::style::register_font;
 use tpg_tasks::eval::Episode;
 use tpg_trainer::config::{Preset, resolve};
 use tpg_trainer::evaluator::{
@@ -137,8 +138,7 @@ fn simulate(batch: &Measured, ranks: usize) -> (f64, f64) {
     let episodes = batch.costs.first().map_or(1, |cost| cost.episodes.len());
     let head_scores = ranks <= SCORING_HEAD;
     let workers = ranks - usize::from(!head_scores);
-    let jobs = jobs(&batch.expected, episodes, batch.split, workers);
-    let mut packs = Packs::new(jobs, &batch.expected, workers);
+    let mut packs = Packs::new(&batch.expected, episodes, batch.split, workers);
     let seconds = |job: &tpg_trainer::evaluator::Job| -> f64 {
         let cost = &batch.costs[job.policy];
         cost.episodes[job.first_episode..][..job.episodes]
@@ -263,6 +263,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn draw(path: &str, preset: &str, points: &[(f64, f64)]) -> Result<(), Box<dyn std::error::Error>> {
+    if register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular()).is_err() {
+        return Err("the font of this program is none".into());
+    }
     let root = SVGBackend::new(path, (640, 400)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)

@@ -14,7 +14,7 @@ use super::wire::{
     Unfit, WORK,
 };
 use crate::evaluator::{
-    Alone, AloneScore, Batch, Evaluator, EvaluatorError, Job, Packs, job_seeds, jobs,
+    Alone, AloneScore, Batch, Evaluator, EvaluatorError, Job, Packs, job_seeds,
 };
 use crate::front_end::Recording;
 use crate::monitor::Monitor;
@@ -304,10 +304,9 @@ impl Evaluator for Ranks<'_> {
         let ranks = self.link.size();
         let workers = ranks - usize::from(!self.scores);
         let blobs = vec![OnceLock::new(); batch.expected.len()];
-        let jobs = jobs(batch.expected, batch.episodes, batch.split, workers);
         let mut scoring = Scoring {
             batch,
-            packs: Packs::new(jobs, batch.expected, workers),
+            packs: Packs::new(batch.expected, batch.episodes, batch.split, workers),
             blobs: &blobs,
             busy: vec![Busy::default(); ranks],
             done: Vec::new(),

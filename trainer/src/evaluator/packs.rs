@@ -1,9 +1,9 @@
 //! How many jobs travel together to another process.
 
-use super::Job;
+use super::{Job, Split, jobs};
 
 /// A pack holds at most this share of the expected work that is left, per worker.
-const SHARE: f64 = 4.0;
+const SHARE: f64 = 32.0;
 /// And at most so many jobs, which bounds the length of a message.
 const LONGEST: usize = 64;
 
@@ -22,9 +22,12 @@ pub struct Packs {
 }
 
 impl Packs {
-    /// The jobs, of which `expected` tells how long an episode of each policy lasts, for so many workers.
+    /// The jobs of a batch for so many workers, of which `expected` tells how long an episode of each policy lasts.
     #[must_use]
-    pub fn new(jobs: Vec<Job>, expected: &[f64], workers: usize) -> Self {
+    pub fn new(expected: &[f64], episodes: usize, split: Split, workers: usize) -> Self {
+        // All are split into episodes, where they may be. What was expected can be far off, and a worker with a whole policy of
+        // long episodes would keep all others waiting. Episodes of one policy travel together as long as packs are large.
+        let jobs = jobs(expected, episodes, split, expected.len().max(2));
         let of = |job: &Job| expected[job.policy].max(0.0) * job.episodes as f64;
         let work: Vec<f64> = jobs.iter().map(of).collect();
         Packs {
@@ -69,11 +72,9 @@ impl Packs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluator::{Split, jobs};
 
     fn sizes(expected: &[f64], workers: usize) -> Vec<usize> {
-        let jobs = jobs(expected, 1, Split::Agents, workers);
-        let mut packs = Packs::new(jobs, expected, workers);
+        let mut packs = Packs::new(expected, 1, Split::Agents, workers);
         let mut sizes = Vec::new();
         while !packs.is_empty() {
             sizes.push(packs.pack().len());
@@ -85,7 +86,7 @@ mod tests {
     fn packs_shrink_to_single_jobs() {
         let sizes = sizes(&[1.0; 160], 2);
         assert_eq!(sizes.iter().sum::<usize>(), 160);
-        assert_eq!(sizes[0], 20);
+        assert_eq!(sizes[0], 2);
         assert_eq!(sizes.last(), Some(&1));
         assert!(sizes.is_sorted_by(|a, b| a >= b));
     }
