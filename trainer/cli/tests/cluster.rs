@@ -101,6 +101,19 @@ fn any_number_of_ranks_gives_the_bytes_of_one_thread() {
     assert_same_with_ranks(&[&SMALL[..], &["--generations", "12"]].concat());
 }
 
+/// Plain evolution on physics, in whose episodes robots fall early or late.
+#[cfg(feature = "mujoco")]
+#[test]
+fn a_plain_champion_of_hopper_is_the_same_with_ranks() {
+    assert_same_with_ranks(&[
+        "hopper-sr-sm-b23",
+        "--seed=1",
+        "--generations=3",
+        "--set=evolution.population=20",
+        "--set=evolution.children=20",
+    ]);
+}
+
 /// Where a front end learns from what all ranks see, constants are tuned, and champions race.
 #[cfg(feature = "mujoco")]
 #[test]
@@ -114,17 +127,19 @@ fn a_tuned_champion_of_hopper_is_the_same_with_ranks() {
     ]);
 }
 
-/// Waits for the end, at most so long.
-fn wait(child: &mut Child, at_most: Duration) -> Option<std::process::ExitStatus> {
+/// Waits for the end, at most 20 s, and says how long it took after `cause`.
+fn wait(child: &mut Child, cause: &str) -> std::process::ExitStatus {
     let started = Instant::now();
-    while started.elapsed() < at_most {
+    while started.elapsed() < Duration::from_secs(20) {
         if let Some(status) = child.try_wait().expect("it can be waited for") {
-            return Some(status);
+            let seconds = started.elapsed().as_secs_f64();
+            println!("{cause}: the job ended after {seconds:.2} s, {status}");
+            return status;
         }
         std::thread::sleep(Duration::from_millis(10));
     }
     child.kill().expect("it can be killed");
-    None
+    panic!("{cause}: the job goes on");
 }
 
 fn signal(process: u32, name: &str) {
@@ -189,7 +204,7 @@ fn a_killed_rank_ends_the_job_and_another_number_of_ranks_goes_on() {
     let mut child = begin(&folder, 3);
     let last = ranks_of(&child).into_iter().max().expect("ranks");
     signal(last, "KILL");
-    let status = wait(&mut child, Duration::from_secs(20)).expect("the job ends");
+    let status = wait(&mut child, "SIGKILL to a rank");
     assert!(!status.success(), "{status}");
     assert_resumes(&folder, 2);
 }
@@ -201,7 +216,7 @@ fn signals_to_the_launcher_leave_a_checkpoint() {
         let folder = parent.path().join("run");
         let mut child = begin(&folder, 3);
         signal(child.id(), name);
-        let status = wait(&mut child, Duration::from_secs(20)).expect("the job ends");
+        let status = wait(&mut child, &format!("SIG{name} to mpirun"));
         assert!(!status.success(), "{name}: {status}");
         assert_resumes(&folder, 4);
     }
@@ -217,7 +232,7 @@ fn a_rank_that_panics_ends_the_job_with_its_message() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("mpirun starts");
-    let status = wait(&mut child, Duration::from_secs(20)).expect("the job ends");
+    let status = wait(&mut child, "start of a job whose rank panics");
     assert_eq!(status.code(), Some(101));
     let error = child.wait_with_output().expect("what it wrote").stderr;
     let error = String::from_utf8_lossy(&error).into_owned();
