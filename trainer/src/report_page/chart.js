@@ -52,7 +52,7 @@ function drawChart(canvas, chart, axis, hidden, mark) {
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   canvas.width = width * ratio;
   canvas.height = height * ratio;
-  const pen = canvas.getContext('2d');
+  const pen = canvas.getContext('2d', { willReadFrequently: true });
   pen.scale(ratio, ratio);
   pen.font = '11px system-ui, sans-serif';
   const curves = chart.series.map((series, k) => ({ series, colour: COLOURS[k % COLOURS.length], points: pointsOf(series, axis), off: hidden.has(k) }));

@@ -77,7 +77,6 @@ const charts = DATA.charts.map((chart) => {
 
 function drawAll() {
   for (const chart of charts) chart.draw();
-  tell();
 }
 
 // What is shown, for scripts.
@@ -101,6 +100,7 @@ function tell() {
 // An address may choose the axis: #axis=minutes
 const wanted = new URLSearchParams(location.hash.slice(1)).get('axis');
 if (['steps', 'generations', 'minutes'].includes(wanted)) $('axis').value = wanted;
-$('axis').onchange = drawAll;
+$('axis').onchange = () => { drawAll(); tell(); };
 addEventListener('resize', drawAll);
 drawAll();
+tell();

@@ -232,7 +232,7 @@ fn bids(notes: &Notes, number: &BTreeMap<u16, u16>, wide: bool) -> Vec<f64> {
         for (program, bid) in &decision.bids {
             if let Some(number) = number.get(program) {
                 let bid = f64::from(*bid);
-                step[usize::from(*number)] = if wide { libm::asinh(bid) } else { bid };
+                step[usize::from(*number)] = if wide { bid.asinh() } else { bid };
             }
         }
     }

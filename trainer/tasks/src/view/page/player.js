@@ -57,7 +57,7 @@ function cameraNow() {
   const [a, b] = [camera.path[Math.floor(place)], camera.path[Math.ceil(place)]];
   const part = place - Math.floor(place);
   const at = a.map((x, i) => x + (b[i] - x) * part + camera.pan[i]);
-  const distance = 3.4 * camera.radius * camera.zoom;
+  const distance = 3.1 * camera.radius * camera.zoom;
   const flat = Math.cos(camera.lift) * distance;
   const eye = [at[0] + Math.sin(camera.turn) * flat, at[1] - Math.cos(camera.turn) * flat, at[2] + Math.sin(camera.lift) * distance];
   return { at, eye, distance, radius: camera.radius };
