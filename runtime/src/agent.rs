@@ -9,9 +9,10 @@ use crate::memory::IndexedStream;
 use crate::parts::Resource;
 use crate::sizing::{Capacities, CapacityError};
 use crate::storage::{Slices, State, Storage};
+#[cfg(feature = "trace")]
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
-use crate::width::{AnyWidth, Width};
+use crate::width::{AnyWidth, Watching, Width};
 
 /// The state of a [`HostAgent`]: a word for every 16-bit offset, so that the compiler drops the checks of the interpreter's
 /// accesses.
@@ -179,7 +180,7 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
 
     /// Chooses the action for as many elements as the policy observes.
     #[inline(always)]
-    pub(crate) fn decide_exact<O: Observer>(
+    pub(crate) fn decide_exact<O: Watching>(
         &mut self,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,
@@ -202,7 +203,7 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
     }
 
     #[inline(always)]
-    fn decide_observed<O: Observer>(
+    fn decide_observed<O: Watching>(
         &mut self,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,

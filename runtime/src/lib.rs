@@ -29,6 +29,7 @@
 //! | `old-formats` | read policies of versions 1 and 2 of the file format; they are refused without | on |
 //! | `small-code` | half the flash for vectors and matrices, but slower; results stay the same | off |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about, and `health` watches sensors with it; results stay the same | off |
+//! | `any-width` | compiles agents of any width once, in this crate, which programs of several crates build faster by | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `defmt` | `defmt::Format` for actions, decisions and errors | off |
 //! | `serde` | `Serialize` for actions, decisions and errors, and `Deserialize` for those that borrow nothing | off |
