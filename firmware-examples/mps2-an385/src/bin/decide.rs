@@ -3,6 +3,7 @@
 #![no_main]
 
 use cortex_m_rt::entry;
+use tpg_board as _; // The panic handler.
 use tpg_runtime::{Action, Reset, policy};
 
 policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));

@@ -9,6 +9,7 @@ use cortex_m_rt::entry;
 use stm32f4xx_hal::{
     pac, prelude::*, rcc::Config, timer::CounterUs, watchdog::IndependentWatchdog,
 };
+use tpg_board as _; // The panic handler.
 use tpg_runtime::{Reset, policy};
 
 policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));

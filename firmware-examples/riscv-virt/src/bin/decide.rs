@@ -4,6 +4,7 @@
 
 use riscv_rt::entry;
 use static_cell::ConstStaticCell;
+use tpg_board as _; // The panic handler.
 use tpg_runtime::{Action, Reset, policy};
 
 policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
