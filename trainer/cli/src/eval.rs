@@ -25,7 +25,7 @@ use crate::health::Health;
 #[command(after_help = "Examples:\n  \
     tpg eval champion.tpg --episodes 100 --baselines\n  \
     tpg eval champion.tpg --episodes 100 --ablate memory\n  \
-    tpg eval champion.tpg --health --disturb \"at 2s stuck:3\"\n  \
+    tpg eval champion.tpg --health --disturb \"at 2s stuck:3 for 5s\"\n  \
     tpg eval champion.tpg --episodes 1000 --most-used-program cut.tpg")]
 pub(crate) struct Args {
     #[command(flatten)]
