@@ -4,6 +4,7 @@
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
 use crate::hash::fnv1a_32;
+use crate::parts::Feature;
 
 /// Most registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
@@ -174,10 +175,14 @@ impl Group {
 
     /// The feature of this crate that executes the group.
     #[must_use]
-    pub const fn feature(self) -> &'static str {
+    pub const fn feature(self) -> Feature {
         match self {
-            Group::WholeReads => Group::TeamMemory.name(),
-            _ => self.name(),
+            Group::Scalar => Feature::Scalar,
+            Group::Vector => Feature::Vector,
+            Group::Matrix => Feature::Matrix,
+            Group::Constants => Feature::Constants,
+            Group::TeamMemory | Group::WholeReads => Feature::TeamMemory,
+            Group::Classic => Feature::Classic,
         }
     }
 

@@ -12,9 +12,11 @@
 )]
 
 mod front_end;
+#[cfg(feature = "trace")]
+pub mod health;
 mod trigonometry;
 
-pub use front_end::{LIMIT, centred, changes, is_blank, predict, standardise};
+pub use front_end::{LIMIT, centred, changes, is_blank, predict, residual, standardise};
 pub use trigonometry::{acos, asin, cos, sin, tan};
 
 /// The number rule of the standard set: replaces a non-finite result by +0.

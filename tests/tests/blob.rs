@@ -11,6 +11,7 @@ use tpg_runtime::blob::{
     WriteDistribution,
 };
 use tpg_runtime::isa::{FINGERPRINT, Group, Op};
+use tpg_runtime::parts::Field;
 use tpg_runtime::{Blob, Policy, Reset, VerifyError};
 use tpg_tests::draft::TestAgent;
 use tpg_tests::{golden, mend, samples};
@@ -149,7 +150,7 @@ fn only_a_sound_front_end_that_the_header_announces_is_taken() {
         matches!(
             error,
             VerifyError::Header {
-                field: "front-end words",
+                field: Field::FrontEndWords,
                 ..
             } | VerifyError::FrontEndMalformed
                 | VerifyError::Record { .. }

@@ -3,11 +3,13 @@
 // These macros panic where the output is closed; `console` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+mod convert;
 mod eval;
 mod experiment;
 mod export;
 mod external;
 mod footprint;
+mod health;
 mod inspect;
 mod interrupt;
 mod keygen;
@@ -47,6 +49,8 @@ enum Verb {
     Update(external::Args),
     /// Make a pair of keys for signed policies.
     Keygen(keygen::Args),
+    /// Write a policy of an older format version in the newest one.
+    Convert(convert::Args),
     /// Sign a policy, or verify its signature.
     Sign(sign::Args),
     /// Say what an exported policy contains and needs.
@@ -70,6 +74,7 @@ fn main() -> ExitCode {
         Verb::Hil(args) => external::run("tpg-hil", &args),
         Verb::Update(args) => external::run("tpg-update", &args),
         Verb::Keygen(args) => keygen::run(&args),
+        Verb::Convert(args) => convert::run(&args),
         Verb::Sign(args) => sign::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Export(args) => export::run(&args),
