@@ -153,6 +153,8 @@ class Channel:
     def __init__(self, place, listen=False):
         kind, _, address = place.partition(":")
         self.pending, self.peer, self.messages = b"", None, []
+        # A socket without a connection learns from each datagram where to answer.
+        self.listens = listen and kind == "udp"
         if kind == "unix":
             self.socket = socket.socket(socket.AF_UNIX)
             if listen:
@@ -187,7 +189,8 @@ class Channel:
                 return None
             if not data and self.socket.type == socket.SOCK_STREAM:
                 return None
-            self.peer = sender or None
+            if self.listens:
+                self.peer = sender
             *whole, self.pending = (self.pending + data).split(b"\0")
             messages = (unseal(coded) for coded in whole if coded)
             self.messages += [message for message in messages if message is not None]
