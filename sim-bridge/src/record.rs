@@ -58,7 +58,7 @@ impl Row {
 }
 
 enum Sink {
-    Csv(CsvSink),
+    Csv(Box<CsvSink>),
     Mcap(Box<McapSink>),
 }
 
@@ -113,7 +113,9 @@ impl Recorder {
         let began_unix_ns = (SystemTime::now().duration_since(UNIX_EPOCH))
             .map_or(0, |time| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
         let sink = match place.format {
-            Format::Csv => CsvSink::create(&place.path, &subject).map(Sink::Csv),
+            Format::Csv => {
+                CsvSink::create(&place.path, &subject).map(|sink| Sink::Csv(Box::new(sink)))
+            }
             Format::Mcap => {
                 McapSink::create(&place.path, &subject).map(|s| Sink::Mcap(Box::new(s)))
             }
