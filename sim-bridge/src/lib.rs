@@ -50,6 +50,8 @@ pub mod interrupt;
 pub mod junit;
 mod link;
 mod listen;
+#[cfg(feature = "plant")]
+mod losses;
 pub mod message;
 #[cfg(feature = "plant")]
 mod outcome;
@@ -84,6 +86,8 @@ pub use error::BridgeError;
 pub use handshake::Handshake;
 pub use link::Link;
 pub use listen::{ListenPlace, listen};
+#[cfg(feature = "plant")]
+pub use losses::Losses;
 #[cfg(not(feature = "plant"))]
 pub use note::note;
 #[cfg(feature = "plant")]
@@ -102,6 +106,4 @@ pub use step::{Source, Step, Stepping};
 pub use timing::{Counts, Latency, Timing};
 #[cfg(feature = "plant")]
 pub use tpg_tasks::{console::note, exit_status::Status};
-#[cfg(feature = "plant")]
-pub use transport::Losses;
 pub use watchdog::may_end_this_process;

@@ -8,9 +8,9 @@ use tpg_tasks::score::Report;
 
 use crate::error::BridgeError;
 use crate::junit::{Case, Verdict};
+use crate::losses::Losses;
 use crate::require::{Checked, Facts, Requirement};
 use crate::timing::{Latency, Timing};
-use crate::transport::Losses;
 
 /// The result of a loop.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,12 +11,13 @@ use crate::args::Deadlines;
 use crate::error::BridgeError;
 use crate::handshake::Handshake;
 use crate::link::Link;
+use crate::losses::Losses;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
 use crate::serial::{SerialLink, SerialPath};
 use crate::step::{Source, Step, Stepping};
 use crate::timing::{Latency, histogram_ns, nanoseconds, percentiles_us};
-use crate::transport::{Losses, Transport};
+use crate::transport::Transport;
 
 /// The controller at the other end of a link.
 #[derive(Debug)]

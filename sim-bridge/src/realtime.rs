@@ -10,11 +10,11 @@ use tpg_tasks::eval::{Controller, Reply};
 use crate::error::BridgeError;
 use crate::interrupt;
 use crate::link::LIVENESS_INTERVAL;
+use crate::losses::Losses;
 use crate::message::Request;
 use crate::plant::{RemoteController, no_step};
 use crate::step::{Source, Step, Stepping};
 use crate::timing::{Counts, Latency, Timing, histogram_ns, nanoseconds};
-use crate::transport::Losses;
 
 /// Time before a deadline from which on the plant polls rather than sleeps, since sleepers wake up late.
 const MARGIN: Duration = Duration::from_micros(400);

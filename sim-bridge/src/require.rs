@@ -9,8 +9,8 @@ use std::str::FromStr;
 use serde_json::{Value, json};
 use tpg_tasks::score::Report;
 
+use crate::losses::Losses;
 use crate::timing::{Latency, Timing};
-use crate::transport::Losses;
 pub use quantity::Needs;
 use quantity::{Dimension, QUANTITIES, Quantity};
 

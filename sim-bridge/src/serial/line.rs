@@ -10,7 +10,7 @@ use super::port::{Port, SerialPath};
 use crate::conversation::FRAME;
 use crate::error::BridgeError;
 use crate::interrupt;
-use crate::transport::Losses;
+use crate::losses::Losses;
 
 /// Time without an answer after which a request is sent again.
 const RESEND_AFTER: Duration = Duration::from_millis(250);

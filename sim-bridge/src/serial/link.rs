@@ -8,10 +8,11 @@ use tpg_runtime::wire::{Answer, Request as Wire};
 use super::line::{Line, fits};
 use super::port::SerialPath;
 use crate::error::BridgeError;
+use crate::losses::Losses;
 use crate::message::{
     ActionMessage, MAX_ACTION, MAX_OBSERVATION, ObservationMessage, Request, Response,
 };
-use crate::transport::{Losses, Transport};
+use crate::transport::Transport;
 
 /// A board as the controller of a loop.
 #[derive(Debug)]
