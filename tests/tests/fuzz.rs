@@ -1,7 +1,11 @@
 //! The fuzz targets without a fuzzer: over their seeds, over inputs that once broke a promise, and over small changes of both.
 
 #[path = "../fuzz/src/lib.rs"]
-#[allow(dead_code, unused_imports, reason = "the fuzzer's programs use the rest")]
+#[allow(
+    dead_code,
+    unused_imports,
+    reason = "the fuzzer's programs use the rest"
+)]
 mod targets;
 
 use targets::{TARGETS, regressions, seeds};
