@@ -45,6 +45,8 @@ enum Verb {
     Eval(eval::Args),
     /// Score a policy in the loop: simulator and controller as two processes.
     Hil(external::Args),
+    /// Run the loops of a bench file: policies, scenarios, requirements; with a summary and JUnit XML.
+    Bench(external::Args),
     /// Give a board a new policy over its serial line, without flashing it anew, or take one back.
     Update(external::Args),
     /// Make a pair of keys for signed policies.
@@ -72,6 +74,7 @@ fn main() -> ExitCode {
         Verb::Train(args) => train::run(args),
         Verb::Eval(args) => eval::run(args),
         Verb::Hil(args) => external::run("tpg-hil", &args),
+        Verb::Bench(args) => external::run("tpg-bench", &args),
         Verb::Update(args) => external::run("tpg-update", &args),
         Verb::Keygen(args) => keygen::run(&args),
         Verb::Convert(args) => convert::run(&args),
