@@ -1,5 +1,6 @@
 //! Helpers of the tests that span the crates.
 
+pub mod browser;
 pub mod firmware;
 pub mod fixtures;
 pub mod front_end;

@@ -12,7 +12,7 @@ mod tests;
 
 pub use crate::keys::nearest;
 pub use error::ConfigError;
-pub use layers::{differences, leaves, resolve};
+pub use layers::{default_table, differences, leaves, resolve};
 pub use preset::{Preset, presets};
 pub use schema::{Config, Curriculum, EvaluationConfig, PolicyConfig, Resets, SelectionParams};
 pub use settings::Settings;

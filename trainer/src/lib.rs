@@ -12,6 +12,7 @@ pub mod lower;
 pub mod made_with;
 pub mod monitor;
 pub mod pool;
+pub mod report_page;
 pub mod run_folder;
 pub mod session;
 pub mod tune;

@@ -8,14 +8,18 @@
 //! | `config.toml` | the resolved configuration |
 //! | `run.toml` | preset, seed, budget, command and versions |
 //! | `checkpoint` | everything that `--resume` needs |
+//! | `report.html` | all of this to look at |
 //! | `lock` | held by the process that trains, with its number in it |
 //!
 //! A power cut leaves the last checkpoint with everything that belongs to it: log and champions reach the disk before the
 //! checkpoint that counts them. What comes after is made again by a resume, byte for byte.
 
 mod error;
+mod history;
 mod lock;
 mod log;
+mod report;
+mod task_files;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,11 +27,11 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use crate::config::{Config, differences};
 use crate::files;
 use crate::made_with::MadeWith;
+use crate::report_page::Page;
 use crate::session::{
     self, Budget, Checkpoint, CheckpointError, GenerationReport, Session, Snapshot, TaskFile,
 };
@@ -35,20 +39,26 @@ use tpg_tasks::task::Spec;
 
 pub use error::RunFolderError;
 use error::{malformed, read, unwritable};
+use history::History;
 use lock::Lock;
 use log::Log;
+use task_files::{changed, task_files};
 
 /// The form of the folder; raised when its files change their meaning.
 const FORMAT: u32 = 2;
 
 /// Files that only a run writes.
-const FILES: [&str; 5] = [
+const FILES: [&str; 6] = [
+    report::NAME,
     "champion.tpg",
     "champions",
     "log.csv",
     "config.toml",
     "checkpoint",
 ];
+
+/// Least time between two pages, so that frequent checkpoints do not wait for them.
+const PAGE_EVERY: Duration = Duration::from_secs(5);
 
 /// What of a run's history stays in its folder, everything unless said otherwise, and how often it is made safe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,8 +109,13 @@ struct RunFile {
 /// The folder of a run in progress.
 pub struct RunFolder {
     path: PathBuf,
-    keep: Keep,
+    run: RunFile,
     log: Log,
+    history: History,
+    /// What the page says of the champion.
+    card: Vec<[String; 2]>,
+    /// When the page was last written.
+    last_page: Instant,
     task_files: Vec<TaskFile>,
     last_champion: Option<u64>,
     /// Champions that may not have reached the disk yet.
@@ -154,8 +169,11 @@ impl RunFolder {
         let log = Log::create(&path.join("log.csv"))?;
         let mut folder = RunFolder {
             path: path.to_owned(),
-            keep: origin.keep,
+            run,
             log,
+            history: History::default(),
+            card: Vec::new(),
+            last_page: Instant::now(),
             task_files: task_files(session)?,
             last_champion: None,
             unsynced: Vec::new(),
@@ -164,6 +182,7 @@ impl RunFolder {
             _lock: lock,
         };
         folder.checkpoint(session)?;
+        folder.write_page(session)?;
         Ok(folder)
     }
 
@@ -240,10 +259,15 @@ impl RunFolder {
                 changed,
             });
         }
-        let folder = RunFolder {
+        let log_path = path.join("log.csv");
+        let budget = run.budget;
+        let mut folder = RunFolder {
             path: path.to_owned(),
-            keep: run.keep,
-            log: Log::reopen(&path.join("log.csv"), mark)?,
+            run,
+            log: Log::reopen(&log_path, mark)?,
+            history: History::read(&log_path)?,
+            card: Vec::new(),
+            last_page: Instant::now(),
             task_files: now,
             last_champion: session.champion().map(|(id, _)| id.0),
             unsynced: Vec::new(),
@@ -258,7 +282,8 @@ impl RunFolder {
         if session.generation() > 0 {
             folder.write_champion(&session)?;
         }
-        Ok((folder, session, run.budget))
+        folder.write_page(&session)?;
+        Ok((folder, session, budget))
     }
 
     /// The folder.
@@ -282,9 +307,13 @@ impl RunFolder {
         session: &Session,
         report: &GenerationReport,
     ) -> Result<(), RunFolderError> {
-        if report.generation.is_multiple_of(self.keep.log_every.max(1)) {
+        if report
+            .generation
+            .is_multiple_of(self.run.keep.log_every.max(1))
+        {
             self.log.append(report)?;
         }
+        self.history.push(report);
         if self.last_champion != Some(report.champion) {
             let blob = session.export_champion()?;
             let path = self.champions().join(file_name(report.generation));
@@ -294,8 +323,9 @@ impl RunFolder {
             let path = self.champion();
             files::replace(&path, &[&blob]).map_err(unwritable(&path))?;
             self.last_champion = Some(report.champion);
+            self.card = report::card(&blob);
         }
-        let every = Duration::from_secs(self.keep.checkpoint_every);
+        let every = Duration::from_secs(self.run.keep.checkpoint_every);
         if self.last_checkpoint.0.elapsed() >= every {
             self.join_writer()?;
             self.thin_champions()?;
@@ -303,10 +333,20 @@ impl RunFolder {
             let (snapshot, path) = (Snapshot::new(session), self.path.join("checkpoint"));
             let (champions, unsynced) = (self.champions(), std::mem::take(&mut self.unsynced));
             let task_files = self.task_files.clone();
+            let due = self.last_page.elapsed() >= PAGE_EVERY;
+            let page = due.then(|| self.page(session));
+            if due {
+                self.last_page = Instant::now();
+            }
+            let page_path = report::path(&self.path);
             let write = move || {
                 files::sync(&champions, &unsynced).map_err(unwritable(&champions))?;
-                Ok(snapshot.save(&path, task_files, mark)?)
+                snapshot.save(&path, task_files, mark)?;
+                page.map_or(Ok(()), |page| {
+                    page.write(&page_path).map_err(unwritable(&page_path))
+                })
             };
+
             self.writer = Some(std::thread::spawn(write));
             self.last_checkpoint = (Instant::now(), session.generation());
         }
@@ -325,7 +365,24 @@ impl RunFolder {
         if self.last_checkpoint.1 != session.generation() {
             self.checkpoint(session)?;
         }
+        self.write_page(session)?;
         self.thin_champions()
+    }
+
+    /// The page as the run stands.
+    fn page(&self, session: &Session) -> Page {
+        report::page(
+            &self.path,
+            &self.run,
+            session.config(),
+            &self.history,
+            &self.card,
+        )
+    }
+
+    fn write_page(&self, session: &Session) -> Result<(), RunFolderError> {
+        let path = report::path(&self.path);
+        self.page(session).write(&path).map_err(unwritable(&path))
     }
 
     /// The folder of the champions so far.
@@ -333,8 +390,10 @@ impl RunFolder {
         self.path.join("champions")
     }
 
-    fn write_champion(&self, session: &Session) -> Result<(), RunFolderError> {
-        write(&self.champion(), &session.export_champion()?)
+    fn write_champion(&mut self, session: &Session) -> Result<(), RunFolderError> {
+        let blob = session.export_champion()?;
+        self.card = report::card(&blob);
+        write(&self.champion(), &blob)
     }
 
     /// Writes a checkpoint and waits for it.
@@ -361,13 +420,13 @@ impl RunFolder {
     /// Removes the oldest of the champions that are not to stay. Those that the last checkpoint counts give way only to others that
     /// it counts: a run that goes on from it makes later ones again.
     fn thin_champions(&self) -> Result<(), RunFolderError> {
-        if self.keep.champions == 0 {
+        if self.run.keep.champions == 0 {
             return Ok(());
         }
         let mut champions = self.numbered_champions()?;
         champions.retain(|(generation, _)| *generation <= self.last_checkpoint.1);
         champions.sort();
-        let surplus = champions.len().saturating_sub(self.keep.champions);
+        let surplus = champions.len().saturating_sub(self.run.keep.champions);
         remove(champions.into_iter().take(surplus))
     }
 
@@ -411,35 +470,6 @@ fn foreign(path: &Path) -> Option<PathBuf> {
     }
     let mut files = FILES.iter().map(|name| path.join(name));
     files.find(|file| file.exists())
-}
-
-/// The files that a session's task depends on, as they are now; in place of those of a task that lies elsewhere, its description.
-fn task_files(session: &Session) -> Result<Vec<TaskFile>, RunFolderError> {
-    let hex = |digest: [u8; 32]| digest.iter().map(|byte| format!("{byte:02x}")).collect();
-    let settings = session.settings();
-    if settings.external {
-        let digest = Sha256::digest(&settings.task_identity).into();
-        return Ok(vec![(
-            format!("the spaces of {}", session.config().task),
-            hex(digest),
-        )]);
-    }
-    let sources = tpg_tasks::task::sources(&session.config().task);
-    let files = sources.map_err(RunFolderError::Task)?.into_iter();
-    Ok(files.map(|(name, digest)| (name, hex(digest))).collect())
-}
-
-/// The names of files that are new, changed or gone; `None` if all are as before.
-fn changed(before: &[TaskFile], now: &[TaskFile]) -> Option<String> {
-    let of = |files: &[TaskFile], other: &[TaskFile]| -> Vec<String> {
-        let differs = files.iter().filter(|file| !other.contains(file));
-        differs.map(|(name, _)| name.clone()).collect()
-    };
-    let mut names = of(now, before);
-    names.extend(of(before, now));
-    names.sort();
-    names.dedup();
-    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// Serialises what always can be: structs of plain values.

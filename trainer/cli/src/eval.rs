@@ -1,7 +1,7 @@
 //! `tpg eval`
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use tpg_runtime::{HostAgent, Policy, Restore};
@@ -16,6 +16,7 @@ use tpg_tasks::score::{ScoreArgs, Setup};
 use tpg_tasks::stats;
 use tpg_tasks::task::stack_text;
 use tpg_tasks::trace::{Header, RecordError, TracingController};
+use tpg_tasks::view::view;
 use tpg_tools::cut::cut;
 
 use crate::health::Health;
@@ -26,7 +27,8 @@ use crate::health::Health;
     tpg eval champion.tpg --episodes 100 --baselines\n  \
     tpg eval champion.tpg --episodes 100 --ablate memory\n  \
     tpg eval champion.tpg --health --disturb \"at 2s stuck:3 for 5s\"\n  \
-    tpg eval champion.tpg --episodes 1000 --most-used-program cut.tpg")]
+    tpg eval champion.tpg --episodes 1000 --most-used-program cut.tpg\n  \
+    tpg eval champion.tpg --episodes 5 --view champion.html")]
 pub(crate) struct Args {
     #[command(flatten)]
     score: ScoreArgs,
@@ -50,6 +52,9 @@ pub(crate) struct Args {
     /// Record every decision to a file, for `tpg replay`.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Write a page to look at: the first episodes drawn in three dimensions, with what the policy saw, did and earned.
+    #[arg(long, value_name = "OUT.html")]
+    view: Option<PathBuf>,
 }
 
 /// What a policy forgets before every decision.
@@ -91,6 +96,7 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     let setup = args.score.resolve()?;
     let mut agent = host_agent(&setup.blob, &setup.file)?;
     let mut arena = setup.arena()?;
+    let page = args.view.as_deref().map(Page::create).transpose()?;
     let episodes = match &args.trace {
         Some(file) => record(&setup, &mut arena, agent, file)?,
         None => {
@@ -100,6 +106,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     };
     let report = setup.report(&episodes);
     let unstable = report.unstable;
+    if let Some(page) = page {
+        page.write(&setup)?;
+    }
     let ablated = args.ablate.map(|what| ablated(&setup, what)).transpose()?;
     let ablated = ablated.map(|returns| Comparison::new(&report.returns, returns));
     let cut = args.most_used_program.as_deref();
@@ -195,6 +204,31 @@ fn record(
     };
     recording.finish().or_unwritable(path)?;
     Ok(episodes)
+}
+
+/// The file of a page, opened before episodes run, so that they do not run in vain.
+struct Page<'a> {
+    path: &'a Path,
+    file: File,
+}
+
+impl<'a> Page<'a> {
+    fn create(path: &'a Path) -> Result<Self, Failure> {
+        let file = File::create(path).or_unwritable(path)?;
+        Ok(Page { path, file })
+    }
+
+    /// Draws the first episodes and says where.
+    fn write(mut self, setup: &Setup) -> Result<(), Failure> {
+        let view = view(setup)?;
+        (self.file.write_all(view.html.as_bytes())).or_unwritable(self.path)?;
+        let (shown, path) = (view.episodes, self.path.display());
+        note(format_args!(
+            "view: {path} shows {shown} of {} episodes; open it in a browser",
+            setup.episodes
+        ));
+        Ok(())
+    }
 }
 
 /// Returns of the baseline policies on the same episodes.

@@ -7,6 +7,7 @@ mod curves;
 mod figure;
 mod load;
 mod memory;
+mod page;
 mod pairs;
 mod scores;
 mod table;
@@ -16,6 +17,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::row::{TableError, write_synced};
+
+pub use page::write_page;
 
 /// What a report was made of, and where it is.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -86,6 +86,12 @@ fn merge(base: &mut Table, layer: &Table, path: &str) -> Result<(), ConfigError>
     Ok(())
 }
 
+/// The defaults, which a test holds to be well-formed.
+#[must_use]
+pub fn default_table() -> Table {
+    parse(DEFAULTS).unwrap_or_default()
+}
+
 /// Every value of a table with the path of its key.
 pub fn leaves<'a>(
     table: impl IntoIterator<Item = (&'a String, &'a Value)>,

@@ -10,6 +10,8 @@
 //! | [`eval`] | episodes under a controller, disturbances of the link between both, baselines, seeds |
 //! | [`stats`] | means, intervals and tests over returns |
 //! | [`trace`] | every decision of an evaluation, recorded and decided again |
+//! | [`view`] | episodes as one HTML page that draws them |
+//! | [`page`] | what pages of HTML share |
 //! | [`score`] | arguments, set-up and report of the commands that score a policy |
 //! | [`exit_status`] | how a command ends: the statuses, and errors that carry one |
 //! | [`console`] | what commands print, and to where |
@@ -20,7 +22,9 @@
 pub mod console;
 pub mod eval;
 pub mod exit_status;
+pub mod page;
 pub mod score;
 pub mod stats;
 pub mod task;
 pub mod trace;
+pub mod view;

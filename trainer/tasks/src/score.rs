@@ -10,8 +10,8 @@ use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, Link, episode_
 use crate::exit_status::{Failure, Fault as _};
 use crate::stats;
 use crate::task::{
-    self, ActionSpace, Observability, Randomization, Spec, UnknownTask, Wrappers, parse_stack,
-    stack_text,
+    self, ActionSpace, Observability, Randomization, Spec, Task, UnknownTask, Wrappers,
+    parse_stack, stack_text,
 };
 
 /// Most inputs of a policy in the loop, and on a serial line to a board.
@@ -181,10 +181,16 @@ impl Setup {
     /// # Errors
     /// A [`Failure`] if the task cannot be made again.
     pub fn arena(&self) -> Result<Arena, Failure> {
+        let (task, wrappers) = self.task_and_wrappers()?;
+        Ok(Arena::new(task, wrappers))
+    }
+
+    /// The parts of [`arena`](Self::arena).
+    pub(crate) fn task_and_wrappers(&self) -> Result<(Box<dyn Task>, Wrappers), Failure> {
         let task = bad_task(task::create_with(&self.task_source, self.randomize))?;
         let wrappers =
             Wrappers::new(&self.observability, task.spec()).or_usage("bad --observability")?;
-        Ok(Arena::new(task, wrappers))
+        Ok((task, wrappers))
     }
 
     /// A controller behind the disturbances, for an arena of this setup.

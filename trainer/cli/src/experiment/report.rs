@@ -10,19 +10,21 @@ use tpg_tasks::exit_status::{Failure, Status};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  tpg experiment report docs/experiments/chapter-2-reduced")]
 pub(crate) struct Args {
-    /// Folder of the results, as `tpg experiment run` made it; the report goes to DIR/report.
+    /// Folder of the results, as `tpg experiment run` made it; the report goes to DIR/report and DIR/report.html.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
-    let summary = report::write(&args.folder).map_err(|error| match error {
+    let failure = |error| match error {
         ReportError::Write { .. } => Failure::usage(error),
         ReportError::Defect { .. } => error.into(),
         error => Failure::bad_input(error),
-    })?;
+    };
+    let summary = report::write(&args.folder).map_err(failure)?;
+    let page = report::write_page(&args.folder).map_err(failure)?;
     print(summary.runs)?;
-    for file in summary.files {
+    for file in summary.files.into_iter().chain([page]) {
         print(file.display())?;
     }
     Ok(Status::Fine)

@@ -5,15 +5,20 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use super::claim::Claim;
 use crate::interrupt::stop_on_signal;
 use tpg_experiments::cell;
 use tpg_experiments::file::{Cell, Experiment};
 use tpg_experiments::folder::{Folder, FolderError, Found, Manifest, default_folder};
+use tpg_experiments::report::{ReportError, write_page};
 use tpg_experiments::row::Row;
 use tpg_tasks::console::note;
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
+
+/// Least time between two pages of the experiment.
+const PAGE_EVERY: Duration = Duration::from_secs(5);
 
 /// Arguments of `tpg experiment run`.
 #[derive(Debug, clap::Args)]
@@ -102,6 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         done: Mutex::new(cells.len() - missing.len()),
         queue: Mutex::new(missing.into_iter().map(|cell| (cell, false)).collect()),
         all: cells.len(),
+        page: Mutex::new(None),
         stop: &stop,
     };
     work.finish(jobs)
@@ -143,6 +149,8 @@ struct Work<'a> {
     queue: Mutex<VecDeque<(&'a Cell, bool)>>,
     done: Mutex<usize>,
     all: usize,
+    /// When this process last wrote the experiment's page.
+    page: Mutex<Option<Instant>>,
     stop: &'a Arc<AtomicBool>,
 }
 
@@ -173,6 +181,7 @@ impl Work<'_> {
             };
             workers.into_iter().flat_map(join).collect::<Vec<Failure>>()
         });
+        self.write_page(true);
         let failed = failures.len();
         if let Some(first) = failures.into_iter().next() {
             let error = first.error.context(format!("{failed} runs failed"));
@@ -193,7 +202,10 @@ impl Work<'_> {
                 break;
             };
             match self.one(cell) {
-                Ok(Outcome::Done(row)) => self.show(&row),
+                Ok(Outcome::Done(row)) => {
+                    self.show(&row);
+                    self.write_page(false);
+                }
                 // Once more at the end: the other process may have been killed by then.
                 Ok(Outcome::Taken) if !again => locked(&self.queue).push_back((cell, true)),
                 Ok(Outcome::Taken) => note(format_args!("{}: another process does it", cell.name)),
@@ -233,6 +245,25 @@ impl Work<'_> {
         };
         claim.finish().or_unwritable(&path)?;
         Ok(Outcome::Done(Box::new(row)))
+    }
+
+    /// Writes the page of the runs so far, if the last one is old or this is the end. Results do not depend on it, so that it
+    /// stops no run.
+    fn write_page(&self, end: bool) {
+        let mut last = locked(&self.page);
+        let due = last.is_none_or(|last| last.elapsed() >= PAGE_EVERY);
+        if !due && !end {
+            return;
+        }
+        match write_page(self.folder.path()) {
+            // Without a finished run there is nothing to show.
+            Ok(_) | Err(ReportError::Empty { .. }) => {}
+            Err(error) => note(format_args!(
+                "warning: no report.html: {:#}",
+                anyhow::Error::from(error)
+            )),
+        }
+        *last = Some(Instant::now());
     }
 
     fn show(&self, row: &Row) {

@@ -1,5 +1,6 @@
 //! Acrobot, computed here: the same bits on every machine.
 
+use super::scene::{DRIVEN, FOLLOWING, Form, Pose, STILL, Scene, solid};
 use super::spec::{channels, write};
 use super::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -160,6 +161,40 @@ impl Task for Acrobot {
             terminated,
             unstable: false,
         }
+    }
+
+    fn scene(&self) -> Scene {
+        let link = [0.06, CENTRE as f32, 0.0];
+        Scene {
+            solids: vec![
+                solid("floor", Form::Plane, [0.0; 3], STILL),
+                solid("goal", Form::Box, [1.5, 0.01, 0.01], STILL),
+                solid("axle", Form::Sphere, [0.09, 0.0, 0.0], STILL),
+                solid("link 1", Form::Capsule, link, DRIVEN),
+                solid("link 2", Form::Capsule, link, FOLLOWING),
+            ],
+            meshes: Vec::new(),
+        }
+    }
+
+    fn poses(&self, poses: &mut Vec<Pose>) {
+        /// Metres of the fixed end above the floor.
+        const AXLE: f64 = 2.3;
+        let [angle_1, angle_2, ..] = self.state;
+        let (sin_1, cos_1) = libm::sincos(angle_1);
+        let (sin_2, cos_2) = libm::sincos(angle_1 + angle_2);
+        let elbow = [LENGTH * sin_1, AXLE - LENGTH * cos_1];
+        // An angle counts from hanging, so a link's axis, which points to its free end, leans by π more.
+        poses.extend([
+            Pose::at([0.0; 3]),
+            Pose::at([0.0, 0.0, (AXLE + LENGTH) as f32]),
+            Pose::at([0.0, 0.0, AXLE as f32]),
+            Pose::leaning([CENTRE * sin_1, 0.0, AXLE - CENTRE * cos_1], PI - angle_1),
+            Pose::leaning(
+                [elbow[0] + CENTRE * sin_2, 0.0, elbow[1] - CENTRE * cos_2],
+                PI - angle_1 - angle_2,
+            ),
+        ]);
     }
 }
 

@@ -1,5 +1,6 @@
 //! CartPole, computed here: the same bits on every machine.
 
+use super::scene::{DRIVEN, FOLLOWING, Form, Pose, STILL, Scene, solid};
 use super::spec::{channels, write};
 use super::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use std::f64::consts::PI;
@@ -118,6 +119,36 @@ impl Task for CartPole {
             terminated,
             unstable: false,
         }
+    }
+
+    fn scene(&self) -> Scene {
+        Scene {
+            solids: vec![
+                solid("floor", Form::Plane, [0.0; 3], STILL),
+                solid(
+                    "track",
+                    Form::Box,
+                    [POSITION_LIMIT as f32, 0.02, 0.01],
+                    STILL,
+                ),
+                solid("cart", Form::Box, [0.2, 0.12, 0.07], DRIVEN),
+                solid("pole", Form::Capsule, [0.03, LENGTH as f32, 0.0], FOLLOWING),
+            ],
+            meshes: Vec::new(),
+        }
+    }
+
+    fn poses(&self, poses: &mut Vec<Pose>) {
+        /// Metres of the hinge above the floor.
+        const HINGE: f64 = 0.2;
+        let [x, _, angle, _] = self.state;
+        let (sin, cos) = libm::sincos(angle);
+        poses.extend([
+            Pose::at([0.0; 3]),
+            Pose::at([0.0, 0.0, 0.06]),
+            Pose::at([x as f32, 0.0, 0.14]),
+            Pose::leaning([x + LENGTH * sin, 0.0, HINGE + LENGTH * cos], angle),
+        ]);
     }
 }
 

@@ -11,6 +11,7 @@
 //! | `rng` | [`Rng`], the random stream of initial states and masks |
 //! | `observability` | [`Observability`]: what a policy sees, as a word |
 //! | `wrappers` | [`Wrappers`]: applies it to observations |
+//! | `scene` | [`Scene`]: what a task looks like, for drawings |
 //! | `cartpole`, `acrobot`, `pendulum` | [`CartPole`], [`Acrobot`], [`Pendulum`], computed here |
 //! | `mujoco` | the robots simulated by MuJoCo (feature `mujoco`), a user's own among them |
 
@@ -23,6 +24,7 @@ mod observability;
 mod pendulum;
 mod registry;
 mod rng;
+mod scene;
 mod spec;
 mod wrappers;
 
@@ -36,6 +38,7 @@ pub use registry::{
     create, create_with, description_file, identity, locate, names, simulator_version, sources,
 };
 pub use rng::Rng;
+pub use scene::{Form, Mesh, Pose, Scene, Solid};
 pub(crate) use spec::round;
 pub use spec::{ActionSpace, Channel, Randomization, Spec, Step, Task, Terms};
 pub use wrappers::{MISSING, Wrappers};

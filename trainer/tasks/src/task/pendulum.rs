@@ -1,5 +1,6 @@
 //! Pendulum, computed here: the same bits on every machine.
 
+use super::scene::{DRIVEN, Form, Pose, STILL, Scene, solid};
 use super::spec::{channels, write};
 use super::{ActionSpace, Rng, Spec, Step, Task, Terms};
 use std::f64::consts::PI;
@@ -116,6 +117,30 @@ impl Task for Pendulum {
             terminated: false,
             unstable: false,
         }
+    }
+
+    fn scene(&self) -> Scene {
+        Scene {
+            solids: vec![
+                solid("floor", Form::Plane, [0.0; 3], STILL),
+                solid("axle", Form::Sphere, [0.06, 0.0, 0.0], STILL),
+                solid("rod", Form::Capsule, [0.04, 0.5, 0.0], DRIVEN),
+            ],
+            meshes: Vec::new(),
+        }
+    }
+
+    fn poses(&self, poses: &mut Vec<Pose>) {
+        /// Metres of the axle above the floor.
+        const AXLE: f64 = 1.2;
+        let [angle, _] = self.state;
+        // A growing angle turns the rod counter-clockwise, as Gymnasium draws it.
+        let (sin, cos) = libm::sincos(-angle);
+        poses.extend([
+            Pose::at([0.0; 3]),
+            Pose::at([0.0, 0.0, AXLE as f32]),
+            Pose::leaning([0.5 * sin, 0.0, AXLE + 0.5 * cos], -angle),
+        ]);
     }
 }
 

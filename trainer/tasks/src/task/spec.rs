@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::Rng;
+use super::scene::{Pose, Scene};
 use tpg_runtime::Action;
 
 /// What a task is, apart from its physics.
@@ -122,6 +123,16 @@ pub trait Task: Send {
     /// with the control step counted from 1; `None` where it was not, or where the task cannot become unstable.
     fn instability(&self) -> Option<String> {
         None
+    }
+
+    /// What the task looks like; nothing where that is not known.
+    fn scene(&self) -> Scene {
+        Scene::default()
+    }
+
+    /// Appends where each solid of [`scene`](Self::scene) is now. Changes nothing of the task.
+    fn poses(&self, poses: &mut Vec<Pose>) {
+        let _ = poses;
     }
 }
 

@@ -6,6 +6,7 @@
 //! table of names.
 
 pub(super) mod custom;
+mod scene;
 mod sim;
 
 pub use custom::Robot;

@@ -29,7 +29,7 @@ mod input;
 mod keys;
 mod load;
 mod measure;
-mod names;
+pub(super) mod names;
 mod pairwise;
 mod plant;
 mod randomize;

@@ -9,7 +9,7 @@ const LISTED: usize = 60;
 /// The names of a model's objects of one kind, in their order; an unnamed one is empty.
 ///
 /// Read from the model's own table, since mujoco-rs's search by name panics on a name that holds a zero byte.
-pub(super) fn names<'a>(model: &'a MjModel, addresses: &[i32]) -> Vec<&'a str> {
+pub(in crate::task::mujoco) fn names<'a>(model: &'a MjModel, addresses: &[i32]) -> Vec<&'a str> {
     let bytes = |chars: &'a [c_char]| -> &'a [u8] {
         // SAFETY: `c_char` has the size, alignment and every bit pattern of `u8`.
         unsafe { std::slice::from_raw_parts(chars.as_ptr().cast::<u8>(), chars.len()) }

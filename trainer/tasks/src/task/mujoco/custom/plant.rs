@@ -8,8 +8,9 @@ use super::randomize::Randomize;
 use super::source::Moment;
 use super::start::Start;
 use super::terms::{Reward, Scope, Termination};
+use crate::task::mujoco::scene;
 use crate::task::mujoco::sim::{Sim, UNSTABLE};
-use crate::task::{Rng, Spec, Step, Task, Terms};
+use crate::task::{Pose, Rng, Scene, Spec, Step, Task, Terms};
 use mujoco_rs::prelude::MjModel;
 use std::sync::Arc;
 use tpg_runtime::Action;
@@ -268,6 +269,14 @@ impl Task for Robot {
 
     fn instability(&self) -> Option<String> {
         self.sim.instability()
+    }
+
+    fn scene(&self) -> Scene {
+        scene::scene(self.sim.data.model())
+    }
+
+    fn poses(&self, poses: &mut Vec<Pose>) {
+        scene::poses(&self.sim.data, poses);
     }
 }
 
