@@ -12,11 +12,15 @@
 //! | `observability` | [`Observability`]: what a policy sees, as a word |
 //! | `wrappers` | [`Wrappers`]: applies it to observations |
 //! | `cartpole`, `acrobot`, `pendulum` | [`CartPole`], [`Acrobot`], [`Pendulum`], computed here |
+//! | `families` | tasks whose names have a parameter |
+//! | `memory` | tasks that cannot be solved without memory, computed here |
 //! | `mujoco` | the robots simulated by MuJoCo (feature `mujoco`), a user's own among them |
 
 mod acrobot;
 mod cartpole;
 mod error;
+mod families;
+pub mod memory;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;
 mod observability;
