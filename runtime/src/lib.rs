@@ -22,7 +22,7 @@
 //! | feature | effect | default |
 //! |---|---|---|
 //! | `all-operations` | every group of instructions below | on |
-//! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
+//! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic`, `copies` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
 //! | `write-distributions` | execute policies whose memory is written by [other distributions](blob::WriteDistribution) than the thesis's; they are refused without | on |
 //! | `front-end` | execute [front ends](front_end): standardised observations, and what replaces missing elements; a policy that has one is refused without | on |
 //! | `action-programs` | execute policies whose [outputs have programs of their own](blob::ActionKind::Each); they are refused without | on |

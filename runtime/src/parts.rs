@@ -134,6 +134,8 @@ named! {
         TeamMemory "team-memory",
         /// The ten operations of the thesis's chapter 2.
         Classic "classic",
+        /// Moves and latches.
+        Copies "copies",
         /// Other distributions of memory writes than the thesis's.
         WriteDistributions "write-distributions",
         /// Front ends.

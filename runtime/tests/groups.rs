@@ -6,8 +6,9 @@
 use tpg_runtime::isa::Group;
 use tpg_runtime::{Blob, Policy, VerifyError};
 
-const GOLDEN: [&[u8]; 4] = [
+const GOLDEN: [&[u8]; 5] = [
     include_bytes!("../../tests/golden/v3/classic.tpg"),
+    include_bytes!("../../tests/golden/v3/copies.tpg"),
     include_bytes!("../../tests/golden/v3/reactive.tpg"),
     include_bytes!("../../tests/golden/v3/team-memory.tpg"),
     include_bytes!("../../tests/golden/v3/zero.tpg"),

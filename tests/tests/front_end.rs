@@ -3,7 +3,7 @@
 use tpg_runtime::blob::{ActionKind, ResetScope};
 use tpg_runtime::front_end::{Fallback, FrontEnd};
 use tpg_runtime::health::Health;
-use tpg_runtime::isa::Op;
+use tpg_runtime::isa::{Group, Op};
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::tables::Target;
 use tpg_runtime::trace::Observer;
@@ -401,7 +401,9 @@ fn random_policies_perceive_as_the_reference_and_alike_in_borrowed_memory() {
     let (mut beliefs, mut scopes) = (0, Vec::new());
     for seed in 0..400 {
         let mut bytes = random::perceiving_policy(seed / 2).encode();
-        if seed % 2 == 1 {
+        let copies = Policy::load(&bytes).expect("a policy").header().groups & Group::Copies.bit();
+        // Older versions know no moves and latches.
+        if seed % 2 == 1 && copies == 0 {
             bytes = old_format(&bytes);
         }
         let policy = Policy::load(&bytes).unwrap_or_else(|error| panic!("{seed}: {error}"));

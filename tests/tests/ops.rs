@@ -85,7 +85,9 @@ fn row(op: Op) -> (String, String) {
         Destination::S => "s",
         Destination::SUpdate => "s*",
         Destination::V => "v",
+        Destination::VUpdate => "v*",
         Destination::M => "m",
+        Destination::MUpdate => "m*",
     };
     let operands = op.operands().into_iter().filter_map(|kind| match kind {
         Operand::None => None,

@@ -1,7 +1,7 @@
 //! The header of a blob. It has a fixed size, and constant expressions can read it.
 
 use super::{CRC_BYTES, MAGIC, MAX_FILE_BYTES, MAX_SECTIONS, OLDEST_VERSION, VERSION};
-use crate::isa::FINGERPRINT;
+use crate::isa::{EDITIONS, Edition};
 use crate::parts::Field;
 
 macro_rules! coded {
@@ -359,8 +359,15 @@ impl Header {
         if u16_at(bytes, 6) as usize != length {
             return Err(HeaderFault::Field(Field::HeaderLength));
         }
-        if u32_at(bytes, 8) != FINGERPRINT {
-            return Err(HeaderFault::Fingerprint(u32_at(bytes, 8)));
+        let fingerprint = u32_at(bytes, 8);
+        let edition = match Edition::find(fingerprint) {
+            Some(edition) if !old || fingerprint == EDITIONS[0].fingerprint => edition,
+            _ => return Err(HeaderFault::Fingerprint(fingerprint)),
+        };
+        let groups = u16_at(bytes, 52);
+        // The groups are those of the code, which verification checks. So no code lies beyond the edition.
+        if groups & !edition.groups() != 0 {
+            return Err(HeaderFault::Field(Field::Groups));
         }
         let Some(action_kind) = ActionKind::from_code(u8_at(bytes, 34)) else {
             return Err(HeaderFault::Field(Field::ActionKind));
@@ -424,7 +431,7 @@ impl Header {
             memory_model,
             write_distribution,
             front_end,
-            groups: u16_at(bytes, 52),
+            groups,
             action_low: f32::from_bits(u32_at(bytes, 40)),
             action_high: f32::from_bits(u32_at(bytes, 44)),
             control_period_us: u32_at(bytes, 48),
@@ -468,7 +475,7 @@ impl Header {
         put(&MAGIC);
         put(&VERSION.to_le_bytes());
         put(&(Self::BYTES as u16).to_le_bytes());
-        put(&FINGERPRINT.to_le_bytes());
+        put(&Edition::of_groups(self.groups).fingerprint.to_le_bytes());
         put(&self.body_bytes.to_le_bytes());
         put(&self.words.to_le_bytes());
         for field in [

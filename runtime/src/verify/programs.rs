@@ -121,8 +121,8 @@ impl Operands {
         match kind {
             Destination::None => at == 0,
             Destination::S | Destination::SUpdate => self.is_scalar(at),
-            Destination::V => self.is_vector(at),
-            Destination::M => self.is_matrix(at),
+            Destination::V | Destination::VUpdate => self.is_vector(at),
+            Destination::M | Destination::MUpdate => self.is_matrix(at),
         }
     }
 

@@ -193,8 +193,8 @@ fn destination(op: Op) -> Operand {
     match op.destination() {
         Destination::None => Operand::None,
         Destination::S | Destination::SUpdate => Operand::S,
-        Destination::V => Operand::V,
-        Destination::M => Operand::M,
+        Destination::V | Destination::VUpdate => Operand::V,
+        Destination::M | Destination::MUpdate => Operand::M,
     }
 }
 
