@@ -174,7 +174,7 @@ fn quaternion(m: &[f64; 9]) -> [f64; 4] {
 mod tests {
     use super::*;
     use crate::task::mujoco::sim::compile;
-    use crate::task::{Task as _, create};
+    use crate::task::create;
 
     const MODEL: &str = r#"<mujoco>
         <asset>
