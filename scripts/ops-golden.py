@@ -361,6 +361,28 @@ def classic():
     return f
 
 
+def copies():
+    f = File("copies", "Moves and latches: d is the destination's old value.")
+    f.section("move")
+    for x in SPECIAL + [anything() for _ in range(8)]:
+        f.case("move", x, a=x)
+    gates = [0.0, -0.0, TINY, -TINY, 1.0, -1.0, MAX, -MAX, NORMAL]
+    f.section("latch")
+    for a in gates:
+        for d, b in ((2.5, -0.0), (-0.0, 2.5), (a, -1.5), (MAX, TINY), (3.0, a)):
+            f.case("latch", b if a > 0 else d, d=d, a=a, b=b)
+    for w in WIDTHS:
+        f.section(f"W = {w}")
+        for prefix, lists in inputs(f, w).items():
+            for x in lists[:4]:
+                f.case(f"{prefix}-move", x, w=w, a=x)
+            for k, a in enumerate(gates):
+                d, b = lists[k % len(lists)], lists[(k + 1 + k // 6) % len(lists)]
+                f.case(f"{prefix}-latch", b if a > 0 else d, w=w, d=d, a=a, b=b)
+            f.case(f"{prefix}-latch", lists[0], w=w, d=lists[0], a=1.0, b=lists[0])
+    return f
+
+
 # Random writes.
 
 
@@ -426,7 +448,7 @@ def main():
     here = pathlib.Path(__file__).resolve().parent.parent
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else here / "tests/golden/ops"
     folder.mkdir(parents=True, exist_ok=True)
-    for make in (scalar, transcendental, vector, matrix, classic, memory, indexed):
+    for make in (scalar, transcendental, vector, matrix, classic, memory, indexed, copies):
         make().write(folder)
 
 

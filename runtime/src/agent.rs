@@ -1,38 +1,62 @@
-//! The owner of an agent's state, with capacities fixed at compile time.
+//! A policy with its state.
 
 use core::marker::PhantomData;
-
-use heapless::Vec;
 
 use crate::decision::{Decision, ObservationError, Reset, Restore, masked};
 use crate::exec::Machine;
 use crate::math;
 use crate::memory::IndexedStream;
-use crate::rng::Pcg32;
+use crate::parts::Resource;
 use crate::sizing::{Capacities, CapacityError};
+use crate::storage::{Slices, State, Storage};
 #[cfg(feature = "trace")]
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
 use crate::width::{AnyWidth, Watching, Width};
 
+/// The state of a [`HostAgent`]: a word for every 16-bit offset, so that the compiler drops the checks of the interpreter's
+/// accesses.
+pub type HostState = State<{ MAX_WORDS as usize + 1 }, 2_048, 512, 1_536>;
+
 /// An agent with room for any policy that the format's offsets can address, for hosts; some 340 KB, so box it.
+pub type HostAgent<'p> = Agent<'p, AnyWidth, HostState>;
+
+/// An agent whose state lies in slices, for sizes that are known only when a policy arrives.
 ///
-/// It has a word for every 16-bit offset, so that the compiler drops the checks of the interpreter's accesses.
-pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize + 1 }, 2_048, 512, 1_536>;
+/// # Examples
+/// ```
+/// use tpg_runtime::rng::Pcg32;
+/// use tpg_runtime::{AnyWidth, Policy, SliceAgent, Slices};
+///
+/// # static CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let (mut words, mut bids, mut visited) = ([0.0; 512], [0.0; 8], [false; 4]);
+/// let mut streams = [(); 8].map(|()| Pcg32::new(0, 0));
+/// let slices = Slices { words: &mut words, bids: &mut bids, visited: &mut visited, streams: &mut streams };
+/// let mut agent: SliceAgent<'_, '_, AnyWidth> = SliceAgent::new_in(Policy::load(CHAMPION)?, slices)?;
+/// # let observation = [0.0; 3];
+/// let decision = agent.decide(&observation)?;
+/// # Ok(())
+/// # }
+/// ```
+pub type SliceAgent<'s, 'p, W> = Agent<'p, W, Slices<'s>>;
 
 /// A policy and its state: registers, shared memory, random streams.
 ///
-/// `WORDS`, `PROGRAMS`, `TEAMS` and `STREAMS` are capacities; [`Header`](crate::blob::Header) says what a
-/// blob needs. RAM: 4·`WORDS` + 4·`PROGRAMS` + `TEAMS` + 16·`STREAMS` bytes and some 200 more.
+/// `S` is where the state lies, a [`Storage`]. It is inside the agent if it is a [`State`]. With `&mut State` it stays where
+/// it is, such as in a `static`, and the agent has only some 200 bytes. `W` is the [`Width`] that the interpreter is
+/// compiled for.
+///
+/// [`policy!`](crate::policy!) makes both types for a policy that is known when the program is compiled.
 ///
 /// # Examples
 /// ```no_run
-/// use tpg_runtime::{Agent, AnyWidth, Policy, Reset};
+/// use tpg_runtime::{Agent, AnyWidth, Policy, Reset, State};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let blob: &[u8] = &[];
-/// let policy = Policy::load(blob)?;
-/// let mut agent: Agent<'_, AnyWidth, 4096, 64, 16, 8> = Agent::new(policy)?;
+/// let mut state: State<4096, 64, 16, 8> = State::new();
+/// let mut agent: Agent<'_, AnyWidth, _> = Agent::new_in(Policy::load(blob)?, &mut state)?;
 /// agent.reset(Reset::Agent, 42);
 /// let decision = agent.decide(&[0.0; 11])?;
 /// println!("{:?} after {} instructions", decision.action, decision.instructions);
@@ -40,43 +64,34 @@ pub type HostAgent<'p> = Agent<'p, AnyWidth, { MAX_WORDS as usize + 1 }, 2_048, 
 /// # }
 /// ```
 #[derive(Debug, Clone)]
-pub struct Agent<
-    'p,
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
-> {
+pub struct Agent<'p, W: Width, S: Storage> {
     policy: Policy<'p>,
-    words: [f32; WORDS],
-    bids: Vec<f32, PROGRAMS>,
-    visited: Vec<bool, TEAMS>,
-    streams: Vec<Pcg32, STREAMS>,
+    storage: S,
     indexed: IndexedStream,
     width: PhantomData<W>,
 }
 
-impl<
-    'p,
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
-> Agent<'p, W, WORDS, PROGRAMS, TEAMS, STREAMS>
-{
-    /// Makes an agent for a policy, reset with seed 0.
+impl<'p, W: Width, S: Storage + Default> Agent<'p, W, S> {
+    /// Makes an agent that holds its state, reset with seed 0.
+    ///
+    /// The state is returned by value. For large states on small stacks, use [`Agent::new_in`].
     ///
     /// # Errors
     /// [`CapacityError`] if the policy needs more than the type's capacities, or another width.
     pub fn new(policy: Policy<'p>) -> Result<Self, CapacityError> {
+        Self::new_in(policy, S::default())
+    }
+}
+
+impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
+    /// Makes an agent whose state is in `storage`, reset with seed 0.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if the policy needs more than there is room for, or another width.
+    pub fn new_in(policy: Policy<'p>, storage: S) -> Result<Self, CapacityError> {
         let mut agent = Agent {
             policy,
-            words: [0.0; WORDS],
-            bids: Vec::new(),
-            visited: Vec::new(),
-            streams: Vec::new(),
+            storage,
             indexed: IndexedStream::default(),
             width: PhantomData,
         };
@@ -87,24 +102,27 @@ impl<
     /// Replaces the policy and resets everything, with seed 0; the carried memory image is restored.
     ///
     /// # Errors
-    /// [`CapacityError`] as for [`Agent::new`]; the agent then keeps its old policy and state.
+    /// [`CapacityError`] as for [`Agent::new_in`]; the agent then keeps its old policy and state.
     pub fn load(&mut self, policy: Policy<'p>) -> Result<(), CapacityError> {
         let needed = Capacities::needed_by(policy.header());
         let available = Capacities {
             width: W::ONLY.map_or(needed.width, usize::from),
-            words: WORDS,
-            programs: PROGRAMS,
-            teams: TEAMS,
-            streams: STREAMS,
+            ..self.storage.room()
         };
         needed.check(&available)?;
-        // None of these can fail: the lengths were just compared with the capacities.
-        let _ = self.bids.resize(needed.programs, f32::NAN);
-        let _ = self.visited.resize(needed.teams, false);
-        let _ = self.streams.resize(needed.streams, Pcg32::new(0, 0));
+        self.storage.fit(&needed);
         self.policy = policy;
         self.machine().sliced().start();
         Ok(())
+    }
+
+    /// What the agent has room for, with the width of its policy.
+    #[must_use]
+    pub fn capacities(&self) -> Capacities {
+        Capacities {
+            width: usize::from(self.policy.header.width),
+            ..self.storage.room()
+        }
     }
 
     /// The policy that the agent executes.
@@ -156,8 +174,19 @@ impl<
     ///
     /// It is [`Agent::decide`] with NaN for every element.
     pub fn decide_blind(&mut self) -> Decision<'_> {
-        let vectors = W::vectors::<()>(self.policy.header.width);
-        self.machine().decide_blind(vectors)
+        let elements = usize::from(self.policy.header.observation_len);
+        self.decide_exact(core::iter::repeat_n(f32::NAN, elements), ())
+    }
+
+    /// Chooses the action for as many elements as the policy observes.
+    #[inline(always)]
+    pub(crate) fn decide_exact<O: Watching>(
+        &mut self,
+        observation: impl ExactSizeIterator<Item = f32> + Clone,
+        observer: O,
+    ) -> Decision<'_> {
+        let vectors = W::vectors::<O>(self.policy.header.width);
+        self.machine().decide_exact(vectors, observation, observer)
     }
 
     /// As [`Agent::decide`], with the same result, and tells an observer how it came about.
@@ -184,13 +213,14 @@ impl<
     }
 
     #[inline(always)]
-    fn machine(&mut self) -> Machine<'_, 'p, [f32; WORDS]> {
+    fn machine(&mut self) -> Machine<'_, 'p, S::Words> {
+        let parts = self.storage.parts(&self.policy.header);
         Machine {
             policy: &self.policy,
-            words: &mut self.words,
-            bids: self.bids.as_mut_slice(),
-            visited: self.visited.as_mut_slice(),
-            streams: self.streams.as_mut_slice(),
+            words: parts.words,
+            bids: parts.bids,
+            visited: parts.visited,
+            streams: parts.streams,
             indexed: &mut self.indexed,
         }
     }
@@ -207,7 +237,7 @@ impl<
     #[must_use]
     pub fn words(&self) -> &[f32] {
         let len = self.policy.header.words as usize;
-        self.words.get(..len).unwrap_or_default()
+        self.storage.words().get(..len).unwrap_or_default()
     }
 
     /// Overwrites the shared memory, for scopes in which it outlives the agent.
@@ -216,10 +246,11 @@ impl<
     /// [`CapacityError`] if `memory` has another length than [`Agent::memory`]; nothing changes then.
     pub fn set_memory(&mut self, memory: &[f32]) -> Result<(), CapacityError> {
         let (start, end) = (self.policy.memory_start, self.policy.header.words as usize);
-        let place = self.words.get_mut(start..end).unwrap_or_default();
+        let words = self.machine().sliced().words;
+        let place = words.get_mut(start..end).unwrap_or_default();
         if place.len() != memory.len() {
             return Err(CapacityError {
-                resource: "memory words",
+                resource: Resource::MemoryWords,
                 needed: place.len(),
                 available: memory.len(),
             });
@@ -231,34 +262,28 @@ impl<
     }
 }
 
-/// The type of the agent that has exactly the capacities that a policy needs.
-///
-/// The argument is the policy's bytes, a constant or a static; what [`Capacities::of`] refuses does not compile.
-///
-/// # Examples
-/// ```
-/// use tpg_runtime::{Policy, agent_type};
-///
-/// # static CHAMPION: &[u8] = include_bytes!("../examples/team-memory.tpg");
-/// type Champion = agent_type!(CHAMPION);
-///
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let mut agent = Champion::new(Policy::load(CHAMPION)?)?;
-/// # let observation = [0.0; 3];
-/// let decision = agent.decide(&observation)?;
-/// # Ok(())
-/// # }
-/// ```
-#[macro_export]
-macro_rules! agent_type {
-    ($bytes:expr) => {
-        $crate::Agent<
-            'static,
-            $crate::Fixed<{ $crate::Capacities::of($bytes).width }>,
-            { $crate::Capacities::of($bytes).words },
-            { $crate::Capacities::of($bytes).programs },
-            { $crate::Capacities::of($bytes).teams },
-            { $crate::Capacities::of($bytes).streams },
-        >
-    };
+impl<W: Width> SliceAgent<'_, '_, W> {
+    /// Takes over the whole state of another agent of the same policy, random streams included: both decide alike from here on.
+    ///
+    /// # Errors
+    /// [`CapacityError`] if the other one's policy needs a state of another size; nothing changes then.
+    pub fn copy_state(&mut self, other: &SliceAgent<'_, '_, W>) -> Result<(), CapacityError> {
+        let available = Capacities::needed_by(self.policy.header());
+        let needed = Capacities::needed_by(other.policy.header());
+        needed.check(&available)?;
+        available.check(&needed)?;
+        copy(self.storage.words, other.storage.words, needed.words);
+        copy(self.storage.bids, other.storage.bids, needed.programs);
+        copy(self.storage.visited, other.storage.visited, needed.teams);
+        copy(self.storage.streams, other.storage.streams, needed.streams);
+        self.indexed = other.indexed;
+        Ok(())
+    }
+}
+
+/// Copies the first `len` elements.
+fn copy<T: Clone>(to: &mut [T], from: &[T], len: usize) {
+    for (to, from) in to.iter_mut().zip(from).take(len) {
+        to.clone_from(from);
+    }
 }

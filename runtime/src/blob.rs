@@ -10,10 +10,11 @@ mod error;
 mod header;
 #[cfg(feature = "old-formats")]
 mod old;
+mod peek;
 mod sections;
 
-pub(crate) use contract::lines;
 pub use contract::{contract, contract_bytes};
+pub(crate) use contract::{lines, next_line, split_at_byte};
 pub use decode::Blob;
 pub use encode::{EncodeError, encode, encode_signed, encoded_bound};
 pub use error::{DecodeError, SectionFault};
@@ -22,6 +23,7 @@ pub use header::{
     ActionKind, Header, InitialValues, MemoryModel, Missing, RegisterMode, ResetScope,
     WriteDistribution,
 };
+pub use peek::{contract_of, labels_of};
 pub use sections::{SIGNATURE_BYTES, SIGNATURE_SECTION_BYTES, Signature};
 
 /// The first four bytes of every blob.

@@ -6,6 +6,8 @@ use crate::tables::ProgramId;
 
 /// The action of one decision. Its values are within the policy's action range.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action<'a> {
     /// Index of the chosen action of a discrete task, from 0.
     Discrete(u16),
@@ -15,6 +17,8 @@ pub enum Action<'a> {
 
 /// One decision: the action and how it came about.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Decision<'a> {
     /// What the plant is to do.
@@ -29,6 +33,8 @@ pub struct Decision<'a> {
 
 /// What begins when an agent is reset. The policy's [`ResetScope`](crate::blob::ResetScope) decides what that clears.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reset {
     /// The agent starts: its first episode of an evaluation.
     Agent,
@@ -38,6 +44,8 @@ pub enum Reset {
 
 /// What an agent forgets between two decisions of an experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Restore {
     /// The registers of its programs.
     Registers,
@@ -64,6 +72,8 @@ pub(crate) fn masked<'o>(
 
 /// An observation, or the mask of one, of another length than is needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ObservationError {
     /// Length that the policy expects, or that a mask needs.
     pub needed: usize,

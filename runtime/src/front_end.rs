@@ -7,6 +7,8 @@
 use crate::blob::Header;
 #[cfg(feature = "front-end")]
 use crate::math;
+#[cfg(feature = "front-end")]
+use crate::trace::Observer;
 
 /// Largest degree of the model's monomials.
 pub const MAX_DEGREE: u8 = 3;
@@ -243,10 +245,7 @@ pub(crate) fn apply<O: Iterator<Item = f32> + Clone>(
     rest: &mut [f32],
     observation: O,
 ) -> u32 {
-    let each = header.has_missing_values();
-    let blank = !each && observation.clone().all(|x| math::finite(x) == 0.0);
-    // Before version 3, all elements are missing or none is.
-    let missing = |x: f32| if each { !x.is_finite() } else { blank };
+    let missing = is_missing(header, observation.clone());
     let mut instructions = 0;
     if front_end.fallback == Fallback::Model
         && believed(front_end, observation.clone()).any(|(_, x)| missing(x))
@@ -272,6 +271,77 @@ pub(crate) fn apply<O: Iterator<Item = f32> + Clone>(
         }
     }
     instructions
+}
+
+/// Tells which elements of an observation are missing.
+#[cfg(feature = "front-end")]
+#[inline(always)]
+fn is_missing<O: Iterator<Item = f32>>(
+    header: &Header,
+    mut observation: O,
+) -> impl Fn(f32) -> bool + use<O> {
+    let each = header.has_missing_values();
+    let blank = !each && observation.all(|x| math::finite(x) == 0.0);
+    // Before version 3, all elements are missing or none is.
+    move |x| if each { !x.is_finite() } else { blank }
+}
+
+/// Lets the model predict an observation in the observer's room, from what was perceived last. No state changes.
+///
+/// Returns whether there is a model and room for it.
+#[cfg(feature = "front-end")]
+#[inline]
+pub(crate) fn foresee<O: Observer>(
+    front_end: &FrontEnd<'_>,
+    header: &Header,
+    perceived: &[f32],
+    rest: &[f32],
+    observer: &mut O,
+) -> bool {
+    let room = observer.room();
+    if room.is_empty() || front_end.fallback != Fallback::Model {
+        return false;
+    }
+    let columns = front_end.columns.len();
+    let Some((variables, sums)) = room.split_at_mut_checked(columns + action_variables(header))
+    else {
+        return false;
+    };
+    let Some(sums) = sums.get_mut(..columns) else {
+        return false;
+    };
+    let elements = front_end.columns.iter().map(|bytes| {
+        let column = usize::from(u16::from_le_bytes(*bytes));
+        perceived.get(column).copied().unwrap_or(0.0)
+    });
+    let actions = rest.iter().skip(header.outputs() + columns).copied();
+    for (variable, x) in variables.iter_mut().zip(elements.chain(actions)) {
+        *variable = x;
+    }
+    math::changes(sums, variables, front_end.degree, front_end.coefficients);
+    true
+}
+
+/// Tells the observer what was foreseen, and how that differs from what is perceived.
+#[cfg(feature = "front-end")]
+#[inline]
+pub(crate) fn compare<O: Observer>(
+    front_end: &FrontEnd<'_>,
+    header: &Header,
+    perceived: &[f32],
+    observation: impl Iterator<Item = f32> + Clone,
+    observer: &mut O,
+) {
+    let missing = is_missing(header, observation.clone());
+    let variables = front_end.columns.len() + action_variables(header);
+    for (k, (column, x)) in believed(front_end, observation).enumerate() {
+        let room = observer.room();
+        let before = room.get(k).copied().unwrap_or(0.0);
+        let change = room.get(variables + k).copied().unwrap_or(0.0);
+        let now = perceived.get(column).copied().unwrap_or(0.0);
+        let residual = (!missing(x)).then(|| math::residual(now, math::predict(before, change)));
+        observer.predict(column as u16, change, residual);
+    }
 }
 
 /// The columns that the model predicts, each with its element of the observation.

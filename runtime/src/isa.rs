@@ -3,7 +3,8 @@
 //! Names, operand kinds, notation, cost and the fingerprint in every blob derive from the rows of `table!`.
 //! What an operation computes stands in [`crate::math`]; `docs/semantics.md` states it in prose.
 
-use crate::hash::fnv1a_32;
+use crate::hash::{START_32, fnv1a_32};
+use crate::parts::Feature;
 
 /// Most registers of each kind in a program (thesis Table 3.2).
 pub const REGISTERS: usize = 8;
@@ -68,8 +69,34 @@ pub enum Destination {
     SUpdate,
     /// A vector register. Its old value is lost.
     V,
+    /// A vector register. Its old value may stay.
+    VUpdate,
     /// A matrix register. Its old value is lost.
     M,
+    /// A matrix register. Its old value may stay.
+    MUpdate,
+}
+
+impl Destination {
+    /// The kind of the register. `None` if no register is written.
+    #[must_use]
+    pub const fn section(self) -> Option<Section> {
+        match self {
+            Destination::None => None,
+            Destination::S | Destination::SUpdate => Some(Section::Scalar),
+            Destination::V | Destination::VUpdate => Some(Section::Vector),
+            Destination::M | Destination::MUpdate => Some(Section::Matrix),
+        }
+    }
+
+    /// Whether the register's old value can influence the new one.
+    #[must_use]
+    pub const fn is_update(self) -> bool {
+        matches!(
+            self,
+            Destination::SUpdate | Destination::VUpdate | Destination::MUpdate
+        )
+    }
 }
 
 /// What an instruction reads through one of its two operand fields.
@@ -138,11 +165,13 @@ pub enum Group {
     WholeReads = 32,
     /// The ten operations of chapter 2 (thesis §2.5.4), with indexed memory.
     Classic = 64,
+    /// Moves, and latches that move only while a scalar is above zero. Off by default; not in the thesis.
+    Copies = 128,
 }
 
 impl Group {
     /// Every group.
-    pub const ALL: [Group; 7] = [
+    pub const ALL: [Group; 8] = [
         Group::Scalar,
         Group::Vector,
         Group::Matrix,
@@ -150,6 +179,7 @@ impl Group {
         Group::TeamMemory,
         Group::WholeReads,
         Group::Classic,
+        Group::Copies,
     ];
 
     /// The name used in configurations and reports.
@@ -163,6 +193,7 @@ impl Group {
             Group::TeamMemory => "team-memory",
             Group::WholeReads => "whole-reads",
             Group::Classic => "classic",
+            Group::Copies => "copies",
         }
     }
 
@@ -174,10 +205,15 @@ impl Group {
 
     /// The feature of this crate that executes the group.
     #[must_use]
-    pub const fn feature(self) -> &'static str {
+    pub const fn feature(self) -> Feature {
         match self {
-            Group::WholeReads => Group::TeamMemory.name(),
-            _ => self.name(),
+            Group::Scalar => Feature::Scalar,
+            Group::Vector => Feature::Vector,
+            Group::Matrix => Feature::Matrix,
+            Group::Constants => Feature::Constants,
+            Group::TeamMemory | Group::WholeReads => Feature::TeamMemory,
+            Group::Classic => Feature::Classic,
+            Group::Copies => Feature::Copies,
         }
     }
 
@@ -191,6 +227,7 @@ impl Group {
             Group::Constants => cfg!(feature = "constants"),
             Group::TeamMemory | Group::WholeReads => cfg!(feature = "team-memory"),
             Group::Classic => cfg!(feature = "classic"),
+            Group::Copies => cfg!(feature = "copies"),
         }
     }
 }
@@ -259,6 +296,8 @@ pub enum Form {
     Whole,
     /// The scalar `a`, unchanged.
     Move,
+    /// The vector or matrix `b` if the scalar `a` is above zero. Otherwise `d` stays.
+    Latch,
     /// The scalar `a` in each element.
     Fill,
     /// The vector `a` in each row.
@@ -378,6 +417,13 @@ macro_rules! table {
             81 ClassicExp "classic-exp" Classic: S <- S, None; 24 One; "{d} = exp({a})"; Classic exp
             82 MemRead "mem-read" Classic: S <- Cell, None; 1 One; "{d} = {a}"; Move
             83 MemWrite "mem-write" Classic: None <- None, None; 8 Cells; "memory_write(s0..s7)"; WriteCells
+
+            84 Move "move" Copies: S <- S, None; 1 One; "{d} = {a}"; Move
+            85 Latch "latch" Copies: SUpdate <- S, S; 1 One; "if {a} > 0: {d} = {b}"; Scalar latch
+            86 VMove "v-move" Copies: V <- V, None; 1 Width; "{d} = {a}"; Each same
+            87 VLatch "v-latch" Copies: VUpdate <- S, V; 1 Width; "if {a} > 0: {d} = {b}"; Latch
+            88 MMove "m-move" Copies: M <- M, None; 1 Square; "{d} = {a}"; Each same
+            89 MLatch "m-latch" Copies: MUpdate <- S, M; 1 Square; "if {a} > 0: {d} = {b}"; Latch
         }
     };
 }
@@ -456,16 +502,83 @@ macro_rules! define {
             }
         }
 
-        /// FNV-1a hash of every row's code, mnemonic, destination kind and operand kinds.
-        ///
-        /// A blob with another fingerprint is refused. Group, cost, notation and form do not enter the hash.
-        pub const FINGERPRINT: u32 = fnv1a_32(concat!($(
+        /// For each operation, what of its row enters the fingerprint: code, mnemonic, destination kind and operand kinds.
+        const ROWS: &[&str] = &[$(concat!(
             stringify!($code), $mnemonic, stringify!($dst), stringify!($a), stringify!($b), ";",
-        )*).as_bytes());
+        )),*];
     };
 }
 
 table!(define);
+
+/// A released table of operations. A later edition begins with all rows of the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Edition {
+    /// Number of operations. Their codes are below it.
+    pub operations: u8,
+    /// Names the edition in every blob: FNV-1a hash of the rows. Group, cost, notation and form do not enter it.
+    pub fingerprint: u32,
+}
+
+impl Edition {
+    const fn new(operations: u8) -> Self {
+        let (mut hash, mut rows) = (START_32, ROWS);
+        while rows.len() > ROWS.len() - operations as usize
+            && let [row, tail @ ..] = rows
+        {
+            hash = fnv1a_32(hash, row.as_bytes());
+            rows = tail;
+        }
+        Edition {
+            operations,
+            fingerprint: hash,
+        }
+    }
+
+    /// The oldest edition that has all operations of the groups, given by their bits.
+    #[must_use]
+    pub const fn of_groups(groups: u16) -> Self {
+        let [first, second] = EDITIONS;
+        if groups & Group::Copies.bit() == 0 {
+            first
+        } else {
+            second
+        }
+    }
+
+    /// The groups of the edition's operations, as bits.
+    #[must_use]
+    pub const fn groups(self) -> u16 {
+        let (mut groups, mut rest) = (0, Op::ALL);
+        while let [op, tail @ ..] = rest {
+            if (*op as u8) < self.operations {
+                groups |= op.group().bit();
+            }
+            rest = tail;
+        }
+        groups
+    }
+
+    /// The edition with this fingerprint, `None` if this build knows none.
+    #[must_use]
+    pub const fn find(fingerprint: u32) -> Option<Self> {
+        let mut rest = EDITIONS.as_slice();
+        while let [edition, tail @ ..] = rest {
+            if edition.fingerprint == fingerprint {
+                return Some(*edition);
+            }
+            rest = tail;
+        }
+        None
+    }
+}
+
+/// Every edition that this build reads, oldest first.
+pub const EDITIONS: [Edition; 2] = [Edition::new(84), Edition::new(90)];
+
+/// The fingerprint of the newest edition: this build's whole table.
+pub const FINGERPRINT: u32 = EDITIONS[1].fingerprint;
 
 impl Op {
     /// The section of team memory that the operation writes or reads, `None` if it does neither.
@@ -494,6 +607,22 @@ mod tests {
             assert_eq!(same.count(), 1, "{}", op.mnemonic());
         }
         assert_eq!(Op::from_code(Op::ALL.len() as u8), None);
+    }
+
+    #[test]
+    fn editions_are_found_by_fingerprint_and_groups() {
+        for edition in EDITIONS {
+            assert_eq!(Edition::find(edition.fingerprint), Some(edition));
+            assert_eq!(Edition::of_groups(edition.groups()), edition);
+        }
+        assert_eq!(Edition::find(FINGERPRINT ^ 1), None);
+        assert_eq!(Edition::of_groups(0), EDITIONS[0]);
+        let [.., last] = EDITIONS;
+        assert_eq!(usize::from(last.operations), Op::ALL.len());
+        assert_eq!(
+            last.groups(),
+            Group::ALL.map(Group::bit).iter().sum::<u16>()
+        );
     }
 
     #[test]

@@ -12,9 +12,11 @@
 )]
 
 mod front_end;
+#[cfg(feature = "trace")]
+pub mod health;
 mod trigonometry;
 
-pub use front_end::{LIMIT, centred, changes, is_blank, predict, standardise};
+pub use front_end::{LIMIT, centred, changes, is_blank, predict, residual, standardise};
 pub use trigonometry::{acos, asin, cos, sin, tan};
 
 /// The number rule of the standard set: replaces a non-finite result by +0.
@@ -85,7 +87,9 @@ macro_rules! operations {
         /// On a host they do not apply the number rule. The loop applies it in one place, to every result.
         pub(crate) mod scalar {
             use super::{HOST, canonicalize, raw};
-            pub(crate) use super::{abs, acos, asin, cond, cos, heaviside, max, min, sin, tan};
+            pub(crate) use super::{
+                abs, acos, asin, cond, cos, heaviside, latch, max, min, sin, tan,
+            };
 
             $(#[inline(always)] pub(crate) fn $name($($x: f32),+) -> f32 {
                 let result = raw::$name($($x),+);
@@ -96,7 +100,7 @@ macro_rules! operations {
         /// Operations for the elements of vectors. They have no branches, so the compiler can compute several at once.
         pub mod lanes {
             use super::{finite, raw};
-            pub use super::{abs, heaviside, max, min};
+            pub use super::{abs, heaviside, max, min, same};
 
             $($(#[$doc])* #[inline(always)] #[must_use] pub fn $name($($x: f32),+) -> f32 { finite(raw::$name($($x),+)) })*
         }
@@ -149,6 +153,22 @@ plain! {
     abs |x| x.abs();
     /// 1 for x ≥ 0, including −0. Otherwise 0.
     heaviside |x| if x >= 0.0 { 1.0 } else { 0.0 };
+    /// The number itself.
+    same |x| x;
+}
+
+/// Whether a latch lets its operand through. Neither +0 nor −0 does.
+#[inline(always)]
+#[must_use]
+pub fn opens(x: f32) -> bool {
+    x > 0.0
+}
+
+/// The latch: `y` if `x` [opens](opens) it, else `old`.
+#[inline(always)]
+#[must_use]
+pub fn latch(old: f32, x: f32, y: f32) -> f32 {
+    if opens(x) { y } else { old }
 }
 
 /// The conditional (thesis Algorithm 2, line 13): `if old < x { -y } else { old }`.
@@ -205,8 +225,14 @@ pub fn zip<const W: usize>(x: &[f32; W], y: &[f32; W], f: impl Fn(f32, f32) -> f
 }
 
 /// The correctly rounded square root. NaN for negative numbers.
+///
+/// `libm`'s is inline assembly on some hosts, which compilers cannot turn into vectors. The standard library's has the same
+/// bits for every argument.
 #[inline(always)]
 fn square_root(x: f32) -> f32 {
+    #[cfg(feature = "std")]
+    return x.sqrt();
+    #[cfg(not(feature = "std"))]
     libm::sqrtf(x)
 }
 

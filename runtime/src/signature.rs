@@ -19,6 +19,8 @@ pub const SECRET_PREFIX: &str = "tpg-ed25519-secret ";
 
 /// Why a file does not count as signed by a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SignatureError {
     /// The public key is no point of the curve.

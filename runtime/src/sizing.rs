@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::blob::{Header, HeaderFault, OLDEST_VERSION, VERSION};
+use crate::parts::Resource;
 
 /// What an agent needs for a policy, or offers to one.
 ///
@@ -17,6 +18,8 @@ use crate::blob::{Header, HeaderFault, OLDEST_VERSION, VERSION};
 /// const _: () = assert!(NEEDED.state_bytes() <= 16 * 1024);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Capacities {
     /// Vector width. It must be equal; a larger one does not do.
     pub width: usize,
@@ -67,7 +70,7 @@ impl Capacities {
                     }
                     HeaderFault::Field(field) => text
                         .text("its header holds no valid value in field ")
-                        .text(field),
+                        .text(field.name()),
                 };
                 panic!("{}", text.as_str())
             }
@@ -108,7 +111,7 @@ impl Capacities {
         if let Some((resource, needed, available)) = self.excess_over(available) {
             let text = Text::new()
                 .text("policy needs ")
-                .text(resource)
+                .text(resource.name())
                 .text(" = ")
                 .number(needed as u64)
                 .text(", available are ")
@@ -129,18 +132,18 @@ impl Capacities {
         }
     }
 
-    /// The first resource of which more is needed than there is, or the width if it differs: name, needed, available.
-    const fn excess_over(&self, available: &Self) -> Option<(&'static str, usize, usize)> {
+    /// The first resource of which more is needed than there is, or the width if it differs: what, needed, available.
+    const fn excess_over(&self, available: &Self) -> Option<(Resource, usize, usize)> {
         if self.width != available.width {
-            Some(("width", self.width, available.width))
+            Some((Resource::Width, self.width, available.width))
         } else if self.words > available.words {
-            Some(("words", self.words, available.words))
+            Some((Resource::Words, self.words, available.words))
         } else if self.programs > available.programs {
-            Some(("programs", self.programs, available.programs))
+            Some((Resource::Programs, self.programs, available.programs))
         } else if self.teams > available.teams {
-            Some(("teams", self.teams, available.teams))
+            Some((Resource::Teams, self.teams, available.teams))
         } else if self.streams > available.streams {
-            Some(("streams", self.streams, available.streams))
+            Some((Resource::Streams, self.streams, available.streams))
         } else {
             None
         }
@@ -155,9 +158,11 @@ impl Capacities {
 
 /// The policy does not fit the agent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CapacityError {
-    /// What there is too little of: `words`, `programs`, `teams`, `streams`, or the `width` that differs.
-    pub resource: &'static str,
+    /// What there is too little of, or the width if it differs.
+    pub resource: Resource,
     /// What the policy needs.
     pub needed: usize,
     /// What the agent offers.
@@ -253,7 +258,7 @@ mod tests {
             words: needed.words - 1,
             ..needed
         };
-        let excess = ("words", needed.words, needed.words - 1);
+        let excess = (Resource::Words, needed.words, needed.words - 1);
         assert_eq!(needed.excess_over(&smaller), Some(excess));
         assert_eq!(smaller.excess_over(&needed), None);
         let wider = Capacities {

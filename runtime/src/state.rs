@@ -33,21 +33,26 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
         self,
         vectors: Vectors<O>,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
-        observer: O,
+        mut observer: O,
     ) -> Result<Decision<'s>, ObservationError> {
-        let standardising = observe(self.policy, self.words.borrow_mut(), observation)?;
+        let words = self.words.borrow_mut();
+        let standardising = observe(self.policy, words, observation, &mut observer)?;
         Ok(self.act(vectors, standardising, observer))
     }
 
-    /// Decides on an observation of which all is missing.
+    /// Decides on an observation that has the policy's length.
     #[inline(always)]
-    pub(crate) fn decide_blind(self, vectors: Vectors<()>) -> Decision<'s> {
-        let elements = usize::from(self.policy.header.observation_len);
-        let nothing = core::iter::repeat_n(f32::NAN, elements);
-        // It has the right length.
+    pub(crate) fn decide_exact<O: Observer>(
+        self,
+        vectors: Vectors<O>,
+        observation: impl ExactSizeIterator<Item = f32> + Clone,
+        mut observer: O,
+    ) -> Decision<'s> {
+        let words = self.words.borrow_mut();
+        // With the right length there is no error.
         let standardising =
-            observe(self.policy, self.words.borrow_mut(), nothing).unwrap_or_default();
-        self.act(vectors, standardising, ())
+            observe(self.policy, words, observation, &mut observer).unwrap_or_default();
+        self.act(vectors, standardising, observer)
     }
 
     /// Runs the programs on what was observed, for which the front end counted `standardising` instructions.
@@ -116,10 +121,11 @@ impl Machine<'_, '_, [f32]> {
 ///
 /// Without a front end, missing elements count as 0. Returns the instructions that the front end counts as.
 #[inline(always)]
-fn observe(
+fn observe<O: Observer>(
     policy: &Policy<'_>,
     words: &mut [f32],
     observation: impl ExactSizeIterator<Item = f32> + Clone,
+    observer: &mut O,
 ) -> Result<u32, ObservationError> {
     let header = &policy.header;
     let needed = usize::from(header.observation_len);
@@ -134,11 +140,16 @@ fn observe(
     };
     let first = window.get_mut(..needed).unwrap_or_default();
     #[cfg(feature = "front-end")]
-    let standardised = policy
-        .front_end()
-        .map(|front_end| front_end::apply(&front_end, header, first, behind, observation.clone()));
+    let standardised = policy.front_end().map(|front_end| {
+        let foreseen = front_end::foresee(&front_end, header, first, behind, observer);
+        let count = front_end::apply(&front_end, header, first, behind, observation.clone());
+        if foreseen {
+            front_end::compare(&front_end, header, first, observation.clone(), observer);
+        }
+        count
+    });
     #[cfg(not(feature = "front-end"))]
-    let (standardised, _) = (None, behind);
+    let (standardised, ..) = (None, behind, observer);
     if standardised.is_none() {
         for (word, x) in first.iter_mut().zip(observation) {
             *word = math::finite(x);

@@ -7,10 +7,14 @@ use crate::isa::{Op, REGISTERS, SLOTS};
 
 /// Number of a team in its policy; the root team is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TeamId(pub u16);
 
 /// Number of a program in its policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProgramId(pub u16);
 
 /// Where a program leads if it wins.

@@ -56,6 +56,22 @@ pub trait Observer {
     fn give(&mut self, program_id: ProgramId, output: u16) {
         let _ = (program_id, output);
     }
+
+    /// Room for what the front end's model predicts of an observation, [`FrontEnd::words`](crate::front_end::FrontEnd::words)
+    /// of it. With less, nothing is predicted and [`Observer::predict`] is not called.
+    ///
+    /// The model runs for the observer then, also where nothing is missing. Its multiplications count for no decision.
+    fn room(&mut self) -> &mut [f32] {
+        &mut []
+    }
+
+    /// The model has predicted an element of the observation: by `change`, in standardised units. `residual` is what is
+    /// perceived of it less what was predicted, `None` if the element is missing.
+    ///
+    /// Called for each element that the model predicts, in order, before the decision comes to a team.
+    fn predict(&mut self, input: u16, change: f32, residual: Option<f32>) {
+        let _ = (input, change, residual);
+    }
 }
 
 /// An observer that ignores every event, at no cost.
@@ -93,5 +109,13 @@ impl Observer for &mut dyn Observer {
 
     fn give(&mut self, program_id: ProgramId, output: u16) {
         (**self).give(program_id, output);
+    }
+
+    fn room(&mut self) -> &mut [f32] {
+        (**self).room()
+    }
+
+    fn predict(&mut self, input: u16, change: f32, residual: Option<f32>) {
+        (**self).predict(input, change, residual);
     }
 }

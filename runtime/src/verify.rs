@@ -9,6 +9,7 @@ mod teams;
 
 use crate::blob::{Blob, Header, Missing, RegisterMode};
 use crate::front_end::FrontEnd;
+use crate::parts::{Field, Table};
 use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables};
 
@@ -23,6 +24,8 @@ use teams::{check_members, check_memory};
 
 /// Upper bounds of the cost of one decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Bounds {
     /// Number of instructions. Every program runs at most once. Each multiplication of a front end counts as one
@@ -69,13 +72,13 @@ impl<'a> Policy<'a> {
     pub fn verify(blob: &Blob<'a>) -> Result<Self, VerifyError> {
         let (header, tables) = (*blob.header(), *blob.tables());
         check_header(&header, &tables)?;
-        finite(tables.constants, "constants")?;
-        finite(tables.memory, "memory")?;
+        finite(tables.constants, Table::Constants)?;
+        finite(tables.memory, Table::Memory)?;
         check_front_end(&header, &tables)?;
         let memory_start = check_programs(&header, &tables)?;
         let words = check_memory(&header, &tables, memory_start)?;
-        require("words", words, header.words)?;
-        require("groups", groups(&tables), u32::from(header.groups))?;
+        require(Field::Words, words, header.words)?;
+        require(Field::Groups, groups(&tables), u32::from(header.groups))?;
         check_members(&header, &tables)?;
         if header.has_missing_values() {
             check_duplicates(&tables)?;
@@ -83,7 +86,7 @@ impl<'a> Policy<'a> {
         let bounds = bounds(&header, &tables);
         if !tables.memory.is_empty() {
             let kept = words - (memory_start as u32);
-            require("memory image words", kept, count(tables.memory))?;
+            require(Field::MemoryImage, kept, count(tables.memory))?;
         }
         check_labels(&header, &tables)?;
         if header.has_missing_values() {
@@ -189,13 +192,13 @@ fn check_front_end(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyErr
         return Err(VerifyError::FrontEndMalformed);
     }
     require(
-        "front-end words",
+        Field::FrontEndWords,
         words.unwrap_or(0),
         announced.unwrap_or(0),
     )
 }
 
-fn finite(words: &[[u8; 4]], table: &'static str) -> Result<(), VerifyError> {
+fn finite(words: &[[u8; 4]], table: Table) -> Result<(), VerifyError> {
     match words
         .iter()
         .position(|w| !f32::from_le_bytes(*w).is_finite())

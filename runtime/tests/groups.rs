@@ -6,8 +6,9 @@
 use tpg_runtime::isa::Group;
 use tpg_runtime::{Blob, Policy, VerifyError};
 
-const GOLDEN: [&[u8]; 4] = [
+const GOLDEN: [&[u8]; 5] = [
     include_bytes!("../../tests/golden/v3/classic.tpg"),
+    include_bytes!("../../tests/golden/v3/copies.tpg"),
     include_bytes!("../../tests/golden/v3/reactive.tpg"),
     include_bytes!("../../tests/golden/v3/team-memory.tpg"),
     include_bytes!("../../tests/golden/v3/zero.tpg"),
@@ -26,7 +27,7 @@ fn a_policy_loads_where_its_groups_are_built() {
             (Err(error), Some(group)) => {
                 let feature = group.feature();
                 assert_eq!(error, VerifyError::Unsupported { feature });
-                assert!(error.to_string().contains(feature), "{error}");
+                assert!(error.to_string().contains(feature.name()), "{error}");
             }
             (loaded, missing) => panic!("{missing:?} is missing, loaded: {}", loaded.is_ok()),
         }

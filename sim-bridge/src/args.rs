@@ -1,11 +1,21 @@
 //! Arguments that the bridge's programs share.
 
+#[cfg(feature = "plant")]
+use std::path::PathBuf;
 use std::time::Duration;
+
+#[cfg(feature = "plant")]
+use tpg_tasks::exit_status::Failure;
 
 use crate::error::BridgeError;
 use crate::interrupt;
 use crate::message::Role;
 use crate::note;
+#[cfg(feature = "plant")]
+use crate::record::RecordPath;
+#[cfg(feature = "plant")]
+use crate::require::{Needs, Requirement};
+use crate::resources::{Place, ResourceArgs};
 use crate::run::RunName;
 use crate::watchdog::may_end_this_process;
 
@@ -87,10 +97,67 @@ pub struct PaceArgs {
 #[cfg(feature = "plant")]
 #[derive(Debug, Clone, clap::Args)]
 pub struct ControllerArgs {
-    /// The controller is a board: serial:PATH of its tty (serial:PATH@RATE, by default 115200 bits per second), or of a
-    /// Unix socket.
-    #[arg(long, value_name = "serial:PATH")]
+    /// The controller is a board, or any program that speaks its protocol: serial:PATH of its tty (serial:PATH@RATE, by
+    /// default 115200 bits per second) or of a Unix socket, or udp:HOST:PORT.
+    #[arg(long, value_name = "serial:PATH|udp:HOST:PORT")]
     pub controller: Option<crate::serial::SerialPath>,
+    /// Take a controller that runs another policy than FILE.tpg, or none at all.
+    #[arg(long, requires = "controller")]
+    pub any_controller: bool,
+}
+
+/// What a loop has to fulfil, and what it leaves behind.
+#[cfg(feature = "plant")]
+#[derive(Debug, Clone, clap::Args)]
+pub struct BenchArgs {
+    /// Fail with status 5 unless this holds: 'mean >= 3000', 'misses == 0', 'p99 < 2ms'; may be repeated. An unknown
+    /// quantity lists all.
+    #[arg(long, value_name = "REQUIREMENT")]
+    pub require: Vec<Requirement>,
+    /// Write the result to this file, as JUnit XML.
+    #[arg(long, value_name = "FILE.xml")]
+    pub junit: Option<PathBuf>,
+    /// Record every step to this file.
+    #[arg(long, value_name = "FILE.mcap|FILE.csv")]
+    pub record: Option<RecordPath>,
+    /// Write the distribution of round trips to this file, as HdrHistogram's percentiles in microseconds.
+    #[arg(long, value_name = "FILE")]
+    pub latency_histogram: Option<PathBuf>,
+}
+
+#[cfg(feature = "plant")]
+impl BenchArgs {
+    /// Checks that the loop has what is required.
+    ///
+    /// # Errors
+    /// A quantity of real time without real time, or of a line without one.
+    pub fn check(&self, pace: &PaceArgs, controller: &ControllerArgs) -> Result<(), Failure> {
+        for requirement in &self.require {
+            let missing = match requirement.needs() {
+                Needs::RealTime if !pace.realtime => "--realtime",
+                Needs::Line if controller.controller.is_none() => "--controller",
+                _ => continue,
+            };
+            return Err(Failure::usage(anyhow::anyhow!(
+                "bad --require: {requirement} is about something that this loop does not have: add {missing}"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// How a process of the loop behaves.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ProcessArgs {
+    /// How long to wait.
+    #[command(flatten)]
+    pub deadlines: DeadlineArgs,
+    /// What to ask of the system.
+    #[command(flatten)]
+    pub resources: ResourceArgs,
+    /// Say nothing but errors, and end when standard input closes: for `tpg-hil`, which starts both.
+    #[arg(long)]
+    pub attached: bool,
 }
 
 /// Which run to join, and how.
@@ -99,26 +166,25 @@ pub struct LinkArgs {
     /// Name of the run; plant and controller find each other by it.
     #[arg(long, value_name = "NAME")]
     pub run: RunName,
-    /// How long to wait.
+    /// How this process behaves.
     #[command(flatten)]
-    pub deadlines: DeadlineArgs,
-    /// Say nothing but errors, and end when standard input closes: for `tpg-hil`, which starts both.
-    #[arg(long)]
-    pub attached: bool,
+    pub process: ProcessArgs,
 }
 
-impl LinkArgs {
-    /// Prepares the process to be asked to stop, and to be ended where shared memory hangs.
+impl ProcessArgs {
+    /// Prepares the process to be asked to stop, and to be ended where shared memory hangs; `place` says which of the
+    /// processors of `--cpu` is its.
     ///
     /// # Errors
-    /// Those of [`interrupt::install`].
-    pub fn prepare(&self) -> Result<(), BridgeError> {
+    /// Those of [`interrupt::install`] and [`ResourceArgs::apply`].
+    pub fn prepare(&self, place: Place) -> Result<(), BridgeError> {
         may_end_this_process();
         interrupt::install()?;
         if self.attached {
             interrupt::follow_standard_input();
         }
-        Ok(())
+        // After the threads above, which keep the usual priority.
+        self.resources.apply(place)
     }
 
     /// Tells the user which process was found, unless `tpg-hil` started this one.

@@ -233,6 +233,34 @@ pub enum BridgeError {
         /// Why.
         reason: String,
     },
+    /// A controller cannot listen.
+    #[error(
+        "cannot listen at {place}: is it in use, or was a controller there killed that left its socket?"
+    )]
+    CannotListen {
+        /// The place.
+        place: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The system does not give the process what it asks for.
+    #[error("cannot {what}: {advice}")]
+    Denied {
+        /// What it was to do.
+        what: String,
+        /// What the user can do.
+        advice: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A recording cannot be written.
+    #[error("cannot write {path}")]
+    Record {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The handler of Ctrl-C cannot be installed.
     #[error("cannot watch for Ctrl-C")]
     Signals(#[from] ctrlc::Error),
@@ -261,7 +289,10 @@ impl BridgeError {
             | Self::NotOurs { .. }
             | Self::Transport { .. }
             | Self::Signals(_) => Status::OurFault,
-            Self::RunName { .. } => Status::Usage,
+            Self::RunName { .. }
+            | Self::CannotListen { .. }
+            | Self::Denied { .. }
+            | Self::Record { .. } => Status::Usage,
             Self::TooLarge { .. } | Self::NoPeriod | Self::Capacity(_) => Status::BadInput,
             Self::Taken { .. }
             | Self::NotConnected { .. }

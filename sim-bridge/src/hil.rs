@@ -12,11 +12,13 @@ use anyhow::{Context as _, anyhow};
 use clap::Parser;
 use tpg_tasks::console::print;
 use tpg_tasks::exit_status::{Failure, Status};
-use tpg_tasks::score::ScoreArgs;
+use tpg_tasks::score::{ScoreArgs, Setup};
 
-use crate::args::{ControllerArgs, DeadlineArgs, PaceArgs};
+use crate::args::{BenchArgs, ControllerArgs, DeadlineArgs, PaceArgs};
 use crate::interrupt;
+use crate::junit;
 use crate::outcome::failure;
+use crate::resources::ResourceArgs;
 use crate::run::{self, RunName};
 
 /// Time for a process that this one started to appear, in milliseconds. Its end is noticed at once, so a long time costs
@@ -41,7 +43,9 @@ const GRACE: Duration = Duration::from_secs(1);
     after_help = Status::help(
         "Examples:\n  \
          tpg hil champion.tpg --episodes 5 --json\n  \
-         tpg hil champion.tpg --realtime --seconds 60 --disturb delay:1"
+         tpg hil champion.tpg --realtime --seconds 60 --disturb delay:1\n  \
+         tpg hil champion.tpg --realtime --require 'misses == 0' --require 'p99 < 2ms' --junit result.xml\n  \
+         tpg hil champion.tpg --record loop.mcap"
     )
 )]
 pub struct HilArgs {
@@ -50,25 +54,70 @@ pub struct HilArgs {
     score: ScoreArgs,
     /// Lock-step or real time; the plant gets these arguments too.
     #[command(flatten)]
-    _pace: PaceArgs,
+    pace: PaceArgs,
     /// Whether the controller is a board.
     #[command(flatten)]
     controller: ControllerArgs,
+    /// What the loop has to fulfil, and what it leaves behind; the plant does that.
+    #[command(flatten)]
+    bench: BenchArgs,
+    /// What both processes ask of the system.
+    #[command(flatten)]
+    resources: ResourceArgs,
     /// How long to wait.
     #[command(flatten)]
     deadlines: DeadlineArgs,
 }
 
-/// Runs the loop; `forwarded` are the arguments as they were given, which the plant understands too.
+impl HilArgs {
+    /// Finds whatever is wrong with the arguments, before anything is started.
+    ///
+    /// # Errors
+    /// A [`Failure`] with its status.
+    pub fn check(&self) -> Result<(), Failure> {
+        self.setup().map(|_| ())
+    }
+
+    fn setup(&self) -> Result<Setup, Failure> {
+        self.bench.check(&self.pace, &self.controller)?;
+        self.resources.check().map_err(failure)?;
+        let setup = self.score.clone().resolve()?;
+        setup.arena()?;
+        Ok(setup)
+    }
+}
+
+/// Runs the loop and prints what came of it; `forwarded` are the arguments as they were given, which the plant
+/// understands too.
 ///
 /// # Errors
 /// A [`Failure`] with the status of the process that failed first.
-pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
-    // Whatever is wrong with the arguments is found before anything is started.
-    let setup = args.score.resolve()?;
-    setup.arena()?;
-    let [plant_path, controller_path] = [sibling(PLANT)?, sibling(CONTROLLER)?];
+pub fn run(args: &HilArgs, forwarded: &[OsString]) -> Result<Status, Failure> {
     interrupt::install().map_err(failure)?;
+    let (status, text) = run_loop(args, forwarded)?;
+    print(text.trim_end())?;
+    Ok(status)
+}
+
+/// Runs the loop; with which status it ended, and what the plant printed.
+pub(crate) fn run_loop(
+    args: &HilArgs,
+    forwarded: &[OsString],
+) -> Result<(Status, String), Failure> {
+    let setup = args.setup()?;
+    let ended = run_processes(args, &setup, forwarded);
+    if let (Err(failure), Some(path)) = (&ended, &args.bench.junit) {
+        junit::write_broken(path, setup.file.display().to_string(), failure)?;
+    }
+    ended
+}
+
+fn run_processes(
+    args: &HilArgs,
+    setup: &Setup,
+    forwarded: &[OsString],
+) -> Result<(Status, String), Failure> {
+    let [plant_path, controller_path] = [sibling(PLANT)?, sibling(CONTROLLER)?];
     let name = RunName::unique().to_string();
     let start_timeout_ms = args.deadlines.start_timeout_ms.unwrap_or(START_TIMEOUT_MS);
     let start_timeout_ms = start_timeout_ms.to_string();
@@ -91,8 +140,9 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
                     &timeout_ms,
                     "--start-timeout-ms",
                     &start_timeout_ms,
-                    "--",
                 ])
+                .args(args.resources.to_arguments())
+                .arg("--")
                 .arg(&setup.file)
                 .stdout(Stdio::null());
         })
@@ -110,6 +160,7 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
         Ok::<_, io::Error>(text)
     });
     let watched = watch(&mut plant, controller.as_mut());
+    let ended = plant.ended;
     let controller_killed = controller.as_ref().is_some_and(|part| part.killed);
     if plant.killed || controller_killed || watched.is_err() {
         drop((plant, controller));
@@ -119,7 +170,14 @@ pub fn run(args: HilArgs, forwarded: &[OsString]) -> Result<(), Failure> {
     let text = reader
         .join()
         .map_err(|_| anyhow!("reader of the plant's output panicked"))??;
-    print(String::from_utf8_lossy(&text).trim_end())
+    let unmet = ended.is_some_and(|(status, _)| is_unmet(status));
+    let status = if unmet { Status::Unmet } else { Status::Fine };
+    Ok((status, String::from_utf8_lossy(&text).into_owned()))
+}
+
+/// Whether a plant ran the loop to its end, and a requirement does not hold.
+fn is_unmet(status: ExitStatus) -> bool {
+    status.code() == Some(Status::Unmet.code().into())
 }
 
 /// A child process, which does not outlive this value.
@@ -180,7 +238,7 @@ impl Part {
     /// Why the loop failed, if this child failed by itself.
     fn failure(&self) -> Option<(Instant, Failure)> {
         let (status, at) = self.ended.filter(|_| !self.killed)?;
-        if status.success() {
+        if status.success() || is_unmet(status) {
             return None;
         }
         let code = status.code().and_then(|code| u8::try_from(code).ok());

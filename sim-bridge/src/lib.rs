@@ -13,7 +13,8 @@
 //!   returns are those of lock-step in every bit. docs/bridge.md says what happens on a miss.
 //! - [`Link`]: connects, checks the [`Handshake`] of both sides, carries messages with a deadline on every wait.
 //! - [`message`]: what goes through shared memory.
-//! - `serial`: the way to a board, in place of shared memory and the other process.
+//! - `serial`: the way to a board, or to any controller, in place of shared memory and the other process.
+//! - [`listen`]: the way for any plant to a policy, in place of shared memory.
 //! - [`BridgeError`]: what can go wrong, with the exit status it leads to.
 //!
 //! | feature | effect | default |
@@ -33,7 +34,10 @@ mod note;
 mod status;
 
 mod args;
+#[cfg(feature = "plant")]
+pub mod bench;
 mod controller;
+mod conversation;
 mod domain;
 mod error;
 mod folder;
@@ -42,7 +46,12 @@ mod hash;
 #[cfg(feature = "plant")]
 pub mod hil;
 pub mod interrupt;
+#[cfg(feature = "plant")]
+pub mod junit;
 mod link;
+mod listen;
+#[cfg(feature = "plant")]
+mod losses;
 pub mod message;
 #[cfg(feature = "plant")]
 mod outcome;
@@ -51,9 +60,16 @@ mod peer;
 mod plant;
 #[cfg(feature = "plant")]
 mod realtime;
+#[cfg(feature = "plant")]
+pub mod record;
+#[cfg(feature = "plant")]
+pub mod require;
+mod resources;
 mod run;
 #[cfg(feature = "plant")]
 pub mod serial;
+#[cfg(feature = "plant")]
+mod step;
 #[cfg(feature = "plant")]
 mod timing;
 #[cfg(feature = "plant")]
@@ -63,12 +79,15 @@ pub mod update;
 mod watchdog;
 
 #[cfg(feature = "plant")]
-pub use args::{ControllerArgs, PaceArgs};
-pub use args::{DeadlineArgs, Deadlines, LinkArgs, TimeoutArgs};
+pub use args::{BenchArgs, ControllerArgs, PaceArgs};
+pub use args::{DeadlineArgs, Deadlines, LinkArgs, ProcessArgs, TimeoutArgs};
 pub use controller::Server;
 pub use error::BridgeError;
 pub use handshake::Handshake;
 pub use link::Link;
+pub use listen::{ListenPlace, listen};
+#[cfg(feature = "plant")]
+pub use losses::Losses;
 #[cfg(not(feature = "plant"))]
 pub use note::note;
 #[cfg(feature = "plant")]
@@ -77,13 +96,14 @@ pub use outcome::{Outcome, failure};
 pub use plant::RemoteController;
 #[cfg(feature = "plant")]
 pub use realtime::Paced;
+pub use resources::{Place, Priority, ResourceArgs};
 pub use run::{RunName, sweep};
 #[cfg(not(feature = "plant"))]
 pub use status::Status;
 #[cfg(feature = "plant")]
+pub use step::{Source, Step, Stepping};
+#[cfg(feature = "plant")]
 pub use timing::{Counts, Latency, Timing};
 #[cfg(feature = "plant")]
 pub use tpg_tasks::{console::note, exit_status::Status};
-#[cfg(feature = "plant")]
-pub use transport::Losses;
 pub use watchdog::may_end_this_process;

@@ -7,8 +7,10 @@ use tpg_tasks::exit_status::Failure;
 use tpg_tasks::score::Report;
 
 use crate::error::BridgeError;
+use crate::junit::{Case, Verdict};
+use crate::losses::Losses;
+use crate::require::{Checked, Facts, Requirement};
 use crate::timing::{Latency, Timing};
-use crate::transport::Losses;
 
 /// The result of a loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,9 +23,53 @@ pub struct Outcome {
     pub timing: Option<Timing>,
     /// What was lost on the serial line, if there was one.
     pub losses: Option<Losses>,
+    /// What was required, and whether it holds.
+    pub requirements: Vec<Checked>,
 }
 
 impl Outcome {
+    /// Checks requirements.
+    pub fn check(&mut self, requirements: &[Requirement]) {
+        let facts = Facts {
+            report: &self.report,
+            latency: &self.latency,
+            timing: self.timing.as_ref(),
+            losses: self.losses.as_ref(),
+        };
+        let checked = requirements
+            .iter()
+            .map(|requirement| requirement.check(&facts));
+        self.requirements = checked.collect();
+    }
+
+    /// Requirements that do not hold, in a line; none if all hold.
+    #[must_use]
+    pub fn unmet(&self) -> Option<String> {
+        let unmet: Vec<&Checked> = self.requirements.iter().filter(|c| !c.met).collect();
+        let text = |checked: &&Checked| format!("{} ({})", checked.text, checked.value_text);
+        let list = unmet.iter().map(text).collect::<Vec<_>>().join(", ");
+        let (count, all) = (unmet.len(), self.requirements.len());
+        (count > 0).then(|| format!("{count} of {all} requirements do not hold: {list}"))
+    }
+
+    /// The loop and each requirement as a test case.
+    #[must_use]
+    pub fn cases(&self) -> Vec<Case> {
+        let ran = Case {
+            name: "loop".into(),
+            verdict: Verdict::Passed,
+        };
+        let requirement = |checked: &Checked| Case {
+            name: checked.text.clone(),
+            verdict: match checked.met {
+                true => Verdict::Passed,
+                false => Verdict::Failed(format!("{} is {}", checked.quantity, checked.value_text)),
+            },
+        };
+        let requirements = self.requirements.iter().map(requirement);
+        std::iter::once(ran).chain(requirements).collect()
+    }
+
     /// Prints the outcome to standard output, as one JSON object or as a table.
     ///
     /// # Errors
@@ -38,6 +84,10 @@ impl Outcome {
             if let Some(losses) = self.losses {
                 object["serial"] = losses.to_json();
             }
+            if !self.requirements.is_empty() {
+                let requirements = self.requirements.iter().map(Checked::to_json);
+                object["requirements"] = requirements.collect();
+            }
             print_json(&object)
         } else {
             print(self)
@@ -50,7 +100,9 @@ impl fmt::Display for Outcome {
         write!(f, "{}\n{}", self.report, self.latency)?;
         self.timing
             .map_or(Ok(()), |timing| write!(f, "\n{timing}"))?;
-        self.losses.map_or(Ok(()), |losses| write!(f, "\n{losses}"))
+        self.losses
+            .map_or(Ok(()), |losses| write!(f, "\n{losses}"))?;
+        (self.requirements.iter()).try_for_each(|checked| write!(f, "\n{checked}"))
     }
 }
 

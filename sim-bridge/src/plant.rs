@@ -11,11 +11,13 @@ use crate::args::Deadlines;
 use crate::error::BridgeError;
 use crate::handshake::Handshake;
 use crate::link::Link;
+use crate::losses::Losses;
 use crate::message::{ActionMessage, ObservationMessage, Refusal, Request, Response, Role};
 use crate::run::RunName;
 use crate::serial::{SerialLink, SerialPath};
-use crate::timing::{Latency, histogram_ns, nanoseconds};
-use crate::transport::{Losses, Transport};
+use crate::step::{Source, Step, Stepping};
+use crate::timing::{Latency, histogram_ns, nanoseconds, percentiles_us};
+use crate::transport::Transport;
 
 /// The controller at the other end of a link.
 #[derive(Debug)]
@@ -30,6 +32,8 @@ pub struct RemoteController {
     real_time: bool,
     late_answers: u64,
     round_trips_ns: Histogram<u64>,
+    /// The last step in lock-step; none before the first one.
+    step: Option<Step>,
 }
 
 impl RemoteController {
@@ -63,6 +67,20 @@ impl RemoteController {
         Self::new(policy, Box::new(link), None)
     }
 
+    /// As [`connect_serial`](Self::connect_serial), with whatever decides at the other end: another policy, or none. The
+    /// policy says what an observation and an action look like.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn connect_any(
+        policy: &Policy<'_>,
+        place: &SerialPath,
+        timeout: Duration,
+    ) -> Result<Self, BridgeError> {
+        let link = SerialLink::connect_any(policy, place, timeout)?;
+        Self::new(policy, Box::new(link), None)
+    }
+
     fn new(
         policy: &Policy<'_>,
         transport: Box<dyn Transport>,
@@ -78,6 +96,7 @@ impl RemoteController {
             real_time: false,
             late_answers: 0,
             round_trips_ns,
+            step: None,
         })
     }
 
@@ -97,6 +116,12 @@ impl RemoteController {
         self.expect(Response::Ready)?;
         let latency = Latency::new(&self.round_trips_ns);
         Ok((latency, self.transport.losses()))
+    }
+
+    /// The distribution of round trips, in microseconds, as the text that tools for HdrHistogram read.
+    #[must_use]
+    pub fn percentiles(&self) -> String {
+        percentiles_us(&self.round_trips_ns)
     }
 
     /// Answers that came too late, in real time.
@@ -268,7 +293,26 @@ impl Controller for RemoteController {
         let sent = Instant::now();
         self.send_observation(Request::Observe, observation)?;
         self.await_reply()?;
-        self.record_round_trip(sent.elapsed());
+        let latency = sent.elapsed();
+        self.record_round_trip(latency);
+        self.step = Some(Step {
+            sent,
+            latency: Some(latency),
+            source: Source::Answer,
+        });
         self.reply()
     }
+}
+
+impl Stepping for RemoteController {
+    fn last(&self) -> Result<(Reply<'_>, Step), BridgeError> {
+        let step = self.step.ok_or_else(no_step)?;
+        Ok((self.reply()?, step))
+    }
+}
+
+/// Nothing has been decided yet.
+#[cold]
+pub(crate) fn no_step() -> BridgeError {
+    invalid("number of decisions", 0)
 }

@@ -10,10 +10,11 @@ use tpg_tasks::eval::{Controller, Reply};
 use crate::error::BridgeError;
 use crate::interrupt;
 use crate::link::LIVENESS_INTERVAL;
+use crate::losses::Losses;
 use crate::message::Request;
-use crate::plant::RemoteController;
+use crate::plant::{RemoteController, no_step};
+use crate::step::{Source, Step, Stepping};
 use crate::timing::{Counts, Latency, Timing, histogram_ns, nanoseconds};
-use crate::transport::Losses;
 
 /// Time before a deadline from which on the plant polls rather than sleeps, since sleepers wake up late.
 const MARGIN: Duration = Duration::from_micros(400);
@@ -37,7 +38,7 @@ pub struct Paced {
     max_misses: u32,
     safe_values: Vec<f32>,
     /// Deadline and end of the last period; none before the first one of an episode.
-    last: Option<(Instant, Instant)>,
+    previous: Option<(Instant, Instant)>,
     /// Whether the controller has answered in this episode, so that there is an action to hold.
     has_action: bool,
     misses_in_row: u64,
@@ -45,6 +46,8 @@ pub struct Paced {
     heard: Instant,
     /// Silence after which the plant looks whether the controller lives.
     next_look: Duration,
+    /// The last step; none before the first one.
+    step: Option<Step>,
     counts: Counts,
     jitter_ns: Histogram<u64>,
 }
@@ -66,11 +69,12 @@ impl Paced {
             period: Duration::from_micros(header.control_period_us.into()),
             max_misses,
             safe_values: vec![zero; header.outputs()],
-            last: None,
+            previous: None,
             has_action: false,
             misses_in_row: 0,
             heard: Instant::now(),
             next_look: LIVENESS_INTERVAL,
+            step: None,
             counts: Counts::default(),
             jitter_ns: histogram_ns()?,
         })
@@ -88,21 +92,28 @@ impl Paced {
         Ok((latency, losses, timing))
     }
 
-    /// Waits for the deadline; whether the answer had come by then.
-    fn wait(&mut self, sent: Instant, deadline: Instant) -> Result<bool, BridgeError> {
-        let mut answered = false;
+    /// As [`RemoteController::percentiles`].
+    #[must_use]
+    pub fn percentiles(&self) -> String {
+        self.remote.percentiles()
+    }
+
+    /// Waits for the deadline; how long the answer took if it had come by then.
+    fn wait(&mut self, sent: Instant, deadline: Instant) -> Result<Option<Duration>, BridgeError> {
+        let mut latency = None;
         loop {
             // Read before the answer is looked for, so that the last look is never before the deadline.
             let now = Instant::now();
-            if !answered && self.remote.poll()? {
-                answered = true;
+            if latency.is_none() && self.remote.poll()? {
+                latency = Some(now - sent);
                 self.heard = now;
                 self.next_look = LIVENESS_INTERVAL;
                 self.remote.record_round_trip(now - sent);
             }
             if now >= deadline {
-                return Ok(answered);
+                return Ok(latency);
             }
+            let answered = latency.is_some();
             if interrupt::requested() {
                 return Err(BridgeError::Interrupted);
             }
@@ -151,14 +162,6 @@ impl Paced {
     }
 }
 
-/// Where the action of a step comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
-    Answer,
-    Held,
-    Safe,
-}
-
 impl Controller for Paced {
     type Error = BridgeError;
 
@@ -167,7 +170,7 @@ impl Controller for Paced {
         self.hear();
         self.heard = Instant::now();
         self.next_look = LIVENESS_INTERVAL;
-        self.last = None;
+        self.previous = None;
         self.has_action = false;
         Ok(())
     }
@@ -175,32 +178,46 @@ impl Controller for Paced {
     /// Returns at the end of the period; allocates, locks and prints nothing.
     fn decide(&mut self, observation: &[f32]) -> Result<Reply<'_>, BridgeError> {
         let sent = Instant::now();
-        let (begin, previous_end) = self.last.unwrap_or((sent, sent));
+        let (begin, previous_end) = self.previous.unwrap_or((sent, sent));
         let deadline = begin + self.period;
         if sent >= deadline {
             self.counts.overruns += 1;
         }
         self.remote
             .send_observation(Request::ObserveLatest, observation)?;
-        let answered = self.wait(sent, deadline)?;
+        let latency = self.wait(sent, deadline)?;
         let end = Instant::now();
         let jitter = (end - previous_end).abs_diff(self.period);
         self.jitter_ns.saturating_record(nanoseconds(jitter));
-        self.last = Some((deadline, end));
-        match self.count(answered) {
-            Source::Answer => self.remote.reply(),
-            Source::Held => Ok(Reply {
+        self.previous = Some((deadline, end));
+        let source = self.count(latency.is_some());
+        self.step = Some(Step {
+            sent,
+            latency,
+            source,
+        });
+        self.last().map(|(reply, _)| reply)
+    }
+}
+
+impl Stepping for Paced {
+    fn last(&self) -> Result<(Reply<'_>, Step), BridgeError> {
+        let step = self.step.ok_or_else(no_step)?;
+        let reply = match step.source {
+            Source::Answer => self.remote.reply()?,
+            Source::Held => Reply {
                 instructions: 0,
                 ..self.remote.reply()?
-            }),
-            Source::Safe => Ok(Reply {
+            },
+            Source::Safe => Reply {
                 instructions: 0,
                 action: if self.safe_values.is_empty() {
                     Action::Discrete(0)
                 } else {
                     Action::Continuous(&self.safe_values)
                 },
-            }),
-        }
+            },
+        };
+        Ok((reply, step))
     }
 }

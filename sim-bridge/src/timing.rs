@@ -1,6 +1,6 @@
 //! How long things took: round trips, and in real time the periods.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
@@ -20,6 +20,30 @@ pub(crate) fn nanoseconds(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
+/// The distribution as text, times in microseconds: the columns that `HistogramLogProcessor` and the plotters for
+/// HdrHistogram's percentile files take.
+pub(crate) fn percentiles_us(histogram_ns: &Histogram<u64>) -> String {
+    const US: f64 = 1e3;
+    let mut text = String::from("       Value     Percentile TotalCount 1/(1-Percentile)\n\n");
+    let mut count = 0;
+    for value in histogram_ns.iter_quantiles(5) {
+        let quantile = value.quantile_iterated_to();
+        let us = value.value_iterated_to() as f64 / US;
+        count += value.count_since_last_iteration();
+        let _ = write!(text, "{us:12.3} {quantile:14.12} {count:10}");
+        // The last line has no such column: it would be infinite.
+        let _ = match quantile < 1.0 {
+            true => writeln!(text, " {:14.2}", 1.0 / (1.0 - quantile)),
+            false => writeln!(text),
+        };
+    }
+    let (mean, sd) = (histogram_ns.mean() / US, histogram_ns.stdev() / US);
+    let (max, count) = (histogram_ns.max() as f64 / US, histogram_ns.len());
+    let _ = writeln!(text, "#[Mean    = {mean:12.3}, StdDeviation   = {sd:12.3}]");
+    let _ = writeln!(text, "#[Max     = {max:12.3}, Total count    = {count:12}]");
+    text
+}
+
 /// How long round trips took: observation sent to action received, in nanoseconds, to three digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Latency {
@@ -29,6 +53,8 @@ pub struct Latency {
     pub median_ns: u64,
     /// 99th percentile, in nanoseconds.
     pub p99_ns: u64,
+    /// 99.9th percentile, in nanoseconds.
+    pub p999_ns: u64,
     /// The longest, in nanoseconds.
     pub max_ns: u64,
 }
@@ -39,6 +65,7 @@ impl Latency {
             count: round_trips_ns.len(),
             median_ns: round_trips_ns.value_at_quantile(0.5),
             p99_ns: round_trips_ns.value_at_quantile(0.99),
+            p999_ns: round_trips_ns.value_at_quantile(0.999),
             max_ns: round_trips_ns.max(),
         }
     }
@@ -51,6 +78,7 @@ impl Latency {
             "count": self.count,
             "median": self.median_ns,
             "p99": self.p99_ns,
+            "p999": self.p999_ns,
             "max": self.max_ns,
         })
     }

@@ -112,6 +112,36 @@ fn returns_equal_those_of_one_process() {
     assert_loop_equals_process(&file, &stack);
 }
 
+/// A policy of version 3 whose model fills in what is missing: loop and process agree in every bit.
+#[cfg(feature = "mujoco")]
+#[test]
+fn returns_with_missing_values_equal_those_of_one_process() {
+    use tpg_runtime::Blob;
+    use tpg_runtime::blob::{encode, encoded_bound};
+
+    let folder = Folder::new();
+    let champion = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/champions/hopper-b23.tpg");
+    let old = std::fs::read(champion).expect("a champion");
+    let blob = Blob::decode(&old).expect("a policy");
+    let mut new = vec![0; encoded_bound(blob.tables())];
+    encode(blob.header(), blob.tables(), &mut new).expect("room");
+    let file = folder.file("a.tpg", &new);
+    let sight = ["--episodes", "2", "--observability", "none"];
+    let faults = [
+        &sight[..],
+        &["--disturb", "nan:1:1/4", "--disturb", "drop:7:1/10"],
+        &[
+            "--disturb",
+            "at 0.2s nan:3:1/2 for 1s",
+            "--disturb",
+            "loss:1/20",
+        ],
+    ]
+    .concat();
+    assert_ne!(in_process(&file, &faults), in_process(&file, &sight));
+    assert_loop_equals_process(&file, &faults);
+}
+
 #[cfg(feature = "mujoco")]
 #[test]
 fn returns_of_the_hopper_equal_those_of_one_process() {

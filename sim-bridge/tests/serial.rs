@@ -4,6 +4,7 @@
 
 mod support;
 
+use std::fs;
 use std::io::{Read, Write};
 use std::net::Shutdown;
 use std::ops::Range;
@@ -18,7 +19,7 @@ use tpg_board::serial::{Rules, Session};
 use tpg_board::sim::SimFlash;
 use tpg_board::trial::Generator;
 use tpg_runtime::wire::{self, Answer, Frame, Receiver, Request, SlotState};
-use tpg_runtime::{Agent, HostAgent, Policy, Reset, Width};
+use tpg_runtime::{Agent, HostAgent, Policy, Reset, State, Width};
 use tpg_sim_bridge::RemoteController;
 use tpg_sim_bridge::serial::{SerialPath, Updater};
 use tpg_tasks::eval::Controller as _;
@@ -54,7 +55,7 @@ impl Faults {
     }
 }
 
-type Roomy<W> = Agent<'static, W, 4096, 64, 16, 48>;
+type Roomy<W> = Agent<'static, W, State<4096, 64, 16, 48>>;
 
 /// A board that answers on one line after another until each closes; `most` frames at most.
 fn run_board<W: Width>(
@@ -133,6 +134,44 @@ fn assert_same_decisions(remote: &mut RemoteController, file: &[u8], decisions: 
         let got = remote.decide(&observation).expect("the board answers");
         assert_eq!(got.action, expected.action);
         assert_eq!(got.instructions, expected.instructions);
+    }
+}
+
+/// Single missing elements, whole missing observations and infinities, with each kind of front end.
+#[test]
+fn missing_values_cross_the_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["standardised", "held", "believed", "believed-cubic"] {
+        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/golden/v3");
+        let file = fs::read(golden.join(name).with_extension("tpg")).expect("a golden file");
+        let place = folder.path().join(name);
+        fs::create_dir(&place).expect("a folder");
+        let board = board(&place, file.clone(), CLEAN, u32::MAX);
+        let mut remote = connect(&file, &board.place, WATCHDOG).expect("a board");
+        assert_same_decisions(&mut remote, &file, 0..500);
+        remote.reset(Reset::Agent, 8).expect("the board answers");
+        let mut local =
+            Box::new(HostAgent::new(Policy::load(&file).expect("valid")).expect("fits"));
+        local.reset(Reset::Agent, 8);
+        let (mut filled, mut faked) = (Vec::new(), Vec::new());
+        for step in 0..40u16 {
+            let seen = [0.25, -0.5, 1.5, 0.75].map(|x| x * f32::from(step % 7));
+            let mut observation = seen;
+            observation[usize::from(step % 4)] = f32::NAN;
+            let got = remote.decide(&observation).expect("the board answers");
+            let decision = local.decide(&observation).expect("four elements");
+            assert_eq!(got.action, decision.action, "{name}, step {step}");
+            filled.push(format!("{:?}", got.action));
+        }
+        // NaN is no zero, neither here nor there.
+        remote.reset(Reset::Agent, 8).expect("the board answers");
+        for step in 0..40u16 {
+            let mut observation = [0.25, -0.5, 1.5, 0.75].map(|x| x * f32::from(step % 7));
+            observation[usize::from(step % 4)] = 0.0;
+            let got = remote.decide(&observation).expect("the board answers");
+            faked.push(format!("{:?}", got.action));
+        }
+        assert_ne!(filled, faked, "{name}");
     }
 }
 

@@ -17,7 +17,7 @@ use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use tpg_runtime::isa::Op;
-use tpg_runtime::{Agent, Fixed, HostAgent, Policy};
+use tpg_runtime::{Agent, Fixed, HostAgent, Policy, State};
 use tpg_tests::shapes::{
     ARITHMETIC, TRANSCENDENTAL, drifting_observations, straight, typical_graph,
 };
@@ -91,7 +91,7 @@ impl Bench {
         self.run("host", &name, len as f64, || {
             black_box(agent.decide(black_box(&observation)).is_ok());
         });
-        let mut agent: Box<Agent<'_, Fixed<W>, 4096, 4, 4, 4>> =
+        let mut agent: Box<Agent<'_, Fixed<W>, State<4096, 4, 4, 4>>> =
             Box::new(Agent::new(policy).expect("room"));
         self.run("firmware", &name, len as f64, || {
             black_box(agent.decide(black_box(&observation)).is_ok());

@@ -277,8 +277,8 @@ fn random(draft: &Draft, number: usize, op: Op, cells: usize, draw: &mut Draw) -
     let d = match op.destination() {
         Destination::None => 0,
         Destination::S | Destination::SUpdate => scalar(draw),
-        Destination::V => vector(draw),
-        Destination::M => matrix(draw),
+        Destination::V | Destination::VUpdate => vector(draw),
+        Destination::M | Destination::MUpdate => matrix(draw),
     };
     let [a, b] = op.operands().map(|kind| operand(kind, draw));
     instruction(op, d, a, b)

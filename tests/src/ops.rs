@@ -120,7 +120,7 @@ impl Vector {
         if kinds[0] == Operand::SOrVElement {
             out.push(([Place::VectorElement, registers[1]], own));
         }
-        let update = self.op.destination() == Destination::SUpdate;
+        let update = self.op.destination().is_update();
         let is_register = |k: &usize| !matches!(kinds[*k], Operand::VElement | Operand::MElement);
         for k in (0..2).filter(is_register) {
             let same_kind = shape(kinds[k]) == destination_shape(self.op.destination());
@@ -340,8 +340,8 @@ const fn destination_shape(kind: Destination) -> Option<Shape> {
     match kind {
         Destination::None => None,
         Destination::S | Destination::SUpdate => Some(Shape::Scalar),
-        Destination::V => Some(Shape::Vector),
-        Destination::M => Some(Shape::Matrix),
+        Destination::V | Destination::VUpdate => Some(Shape::Vector),
+        Destination::M | Destination::MUpdate => Some(Shape::Matrix),
     }
 }
 

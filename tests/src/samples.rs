@@ -17,7 +17,20 @@ pub fn all() -> Vec<(&'static str, Draft)> {
         ("team-memory", team_memory()),
         ("classic", classic()),
         ("each", each()),
+        ("copies", copies()),
     ]
+}
+
+/// The names of the samples that files of version 1 can hold, which know no moves and latches.
+pub fn old_names() -> impl Iterator<Item = &'static str> {
+    let has_copies = |draft: &Draft| {
+        let mut code = draft.programs.iter().flat_map(|program| &program.code);
+        code.any(|i| i.op.group() == Group::Copies)
+    };
+    let samples = all().into_iter();
+    samples
+        .filter(move |(_, draft)| !has_copies(draft))
+        .map(|(name, _)| name)
 }
 
 /// The samples with front ends: name and policy.
@@ -127,6 +140,15 @@ fn each() -> Draft {
     draft
 }
 
+/// Stateful, with moves and latches alone.
+fn copies() -> Draft {
+    let groups = [Group::Copies];
+    let mut draft = blank(2, 4, &groups);
+    make_stateful(&mut draft.header, MemoryModel::None);
+    add_programs(&mut draft, [2, 2, 2], &groups);
+    draft
+}
+
 /// The classic set with indexed memory.
 fn classic() -> Draft {
     let groups = [Group::Classic];
@@ -212,8 +234,8 @@ fn example(draft: &Draft, number: usize, op: Op, cells_start: usize) -> Instruct
     let d = match op.destination() {
         Destination::None => 0,
         Destination::S | Destination::SUpdate => draft.scalar(number, 1),
-        Destination::V => draft.vector(number, 1),
-        Destination::M => draft.matrix(number, 1),
+        Destination::V | Destination::VUpdate => draft.vector(number, 1),
+        Destination::M | Destination::MUpdate => draft.matrix(number, 1),
     };
     let [a, b] = op.operands().map(operand);
     instruction(op, d, a, b)

@@ -1,6 +1,7 @@
 //! Policies whose outputs each have programs of their own: what they decide, what is refused, how they are trained.
 
 use tpg_runtime::blob::ActionKind;
+use tpg_runtime::parts::Field;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
 use tpg_runtime::trace::Observer;
 use tpg_runtime::{Action, Policy, VerifyError};
@@ -110,14 +111,14 @@ fn a_program_outside_the_team_gives_nothing() {
 /// An agent that the compiler sized decides as one with room to spare.
 #[test]
 fn an_agent_of_exactly_the_policys_size_decides_alike() {
-    static POLICY: &[u8] = include_bytes!("../golden/v1/each.tpg");
-    type Exact = tpg_runtime::agent_type!(POLICY);
-    let policy = Policy::load(POLICY).expect("a policy");
-    let mut exact = Exact::new(policy).expect("room");
+    tpg_runtime::policy!(mod champion = include_bytes!("../golden/v1/each.tpg"));
+    let policy = Policy::load(champion::BYTES).expect("a policy");
+    let mut state = champion::State::new();
+    let mut exact = champion::load(&mut state).expect("room");
     let mut large = TestAgent::new(policy).expect("room");
     for step in 0..20u8 {
         let observation = [0.5, -1.0, 2.0, 0.25].map(|x: f32| x * f32::from(step));
-        let decision = exact.decide(&observation).expect("four elements");
+        let decision = exact.decide(&observation);
         assert_eq!(Ok(decision), large.decide(&observation));
     }
 }
@@ -148,8 +149,11 @@ fn policies_that_lack_a_part_are_refused() {
             |d| d.programs[2].output = d.programs[1].output,
             VerifyError::NoSuchTarget { program: 2 },
         ),
-        (|d| d.teams.push(d.teams[0].clone()), header("teams", 1, 2)),
-        (|d| d.header.actions = 4, header("actions", 3, 4)),
+        (
+            |d| d.teams.push(d.teams[0].clone()),
+            header(Field::Teams, 1, 2),
+        ),
+        (|d| d.header.actions = 4, header(Field::Actions, 3, 4)),
     ];
     for (number, (change, expected)) in cases.into_iter().enumerate() {
         let mut draft = draft(&PROGRAMS);
@@ -162,7 +166,7 @@ fn policies_that_lack_a_part_are_refused() {
     one.header.actions = 1;
     one.programs[0].output = Some(one.scalar(0, 1));
     let error = Policy::load(&one.encode()).expect_err("one output");
-    assert_eq!(error, header("actions", 2, 1));
+    assert_eq!(error, header(Field::Actions, 2, 1));
 }
 
 #[test]

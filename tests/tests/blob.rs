@@ -10,7 +10,8 @@ use tpg_runtime::blob::{
     ActionKind, DecodeError, InitialValues, MemoryModel, Missing, RegisterMode, ResetScope,
     WriteDistribution,
 };
-use tpg_runtime::isa::{FINGERPRINT, Group, Op};
+use tpg_runtime::isa::{EDITIONS, FINGERPRINT, Group, Op};
+use tpg_runtime::parts::Field;
 use tpg_runtime::{Blob, Policy, Reset, VerifyError};
 use tpg_tests::draft::TestAgent;
 use tpg_tests::{golden, mend, samples};
@@ -30,7 +31,7 @@ fn blobs() -> Vec<(&'static str, Vec<u8>)> {
     let old = samples::perceiving()
         .into_iter()
         .map(|(name, _)| read(2, name));
-    let older = samples::all().into_iter().map(|(name, _)| read(1, name));
+    let older = samples::old_names().map(|name| read(1, name));
     samples().into_iter().chain(old).chain(older).collect()
 }
 
@@ -126,6 +127,48 @@ fn other_versions_and_instruction_sets_name_both_sides_and_the_way_out() {
     assert!(text.contains(&format!("{FINGERPRINT:08x}")) && text.contains("export"));
 }
 
+/// A file names the oldest edition that has its operations, and holds no others.
+#[test]
+fn a_file_has_no_operation_beyond_its_edition() {
+    let [first, second] = EDITIONS.map(|edition| edition.fingerprint.to_le_bytes());
+    for (name, blob) in samples() {
+        let expected = if name == "copies" { second } else { first };
+        assert_eq!(blob[8..12], expected, "{name}");
+        let mut other = blob.clone();
+        other[8..12].copy_from_slice(if name == "copies" { &first } else { &second });
+        mend(&mut other);
+        let loaded = Policy::load(&other).map(|_| ());
+        if name == "copies" {
+            let refused = VerifyError::Decode(DecodeError::HeaderField {
+                field: Field::Groups,
+            });
+            assert_eq!(loaded, Err(refused));
+            // Without the bit of their group, it is the code that is refused.
+            other[52] &= !(Group::Copies.bit() as u8);
+            mend(&mut other);
+            let refused = VerifyError::Group {
+                program: 0,
+                instruction: 0,
+            };
+            assert_eq!(Policy::load(&other).map(|_| ()), Err(refused));
+        } else {
+            assert_eq!(
+                loaded,
+                Ok(()),
+                "{name}: a newer edition has all older operations"
+            );
+        }
+    }
+    let (name, mut old) = blobs().pop().expect("a file of version 1");
+    old[8..12].copy_from_slice(&second);
+    mend(&mut old);
+    let error = Blob::decode(&old).expect_err(name);
+    assert!(
+        matches!(error, DecodeError::InstructionSet { .. }),
+        "{error}"
+    );
+}
+
 /// A policy whose front end was put into the section and announced in the header, whatever they say.
 fn with_front_end(announced: Option<u16>, section: &[u8]) -> Result<(), VerifyError> {
     let (_, mut draft) = samples::perceiving().swap_remove(2);
@@ -149,7 +192,7 @@ fn only_a_sound_front_end_that_the_header_announces_is_taken() {
         matches!(
             error,
             VerifyError::Header {
-                field: "front-end words",
+                field: Field::FrontEndWords,
                 ..
             } | VerifyError::FrontEndMalformed
                 | VerifyError::Record { .. }
@@ -271,6 +314,12 @@ fn extreme_bytes_never_panic() {
     println!("bytes set to their extremes: {counts:?}");
 }
 
+fn write_op(text: &mut String, op: Op) {
+    let [a, b] = op.operands();
+    let (code, name, destination) = (op as u8, op.mnemonic(), op.destination());
+    let _ = writeln!(text, "Op {code} {name}: {destination:?} <- {a:?}, {b:?}");
+}
+
 #[test]
 fn codes_are_pinned() {
     let mut text = String::from(
@@ -284,16 +333,21 @@ fn codes_are_pinned() {
         )*};
     }
     codes! { ActionKind RegisterMode InitialValues ResetScope MemoryModel WriteDistribution }
-    for group in Group::ALL {
+    // Lines are added at the end, so that the file shows what each edition added.
+    for group in Group::ALL.iter().filter(|group| **group != Group::Copies) {
         let _ = writeln!(text, "Group {} {group:?}", group.bit());
     }
-    for op in Op::ALL {
-        let [a, b] = op.operands();
-        let (code, name, destination) = (*op as u8, op.mnemonic(), op.destination());
-        let _ = writeln!(text, "Op {code} {name}: {destination:?} <- {a:?}, {b:?}");
+    for op in Op::ALL.iter().filter(|op| op.group() != Group::Copies) {
+        write_op(&mut text, *op);
     }
-    let _ = writeln!(text, "fingerprint {FINGERPRINT:08x}");
+    let [first, second] = EDITIONS.map(|edition| edition.fingerprint);
+    let _ = writeln!(text, "fingerprint {first:08x}");
     codes! { Missing }
-    let _ = writeln!(text, "edition 1 fingerprint {FINGERPRINT:08x}");
+    let _ = writeln!(text, "edition 1 fingerprint {first:08x}");
+    let _ = writeln!(text, "Group {} {:?}", Group::Copies.bit(), Group::Copies);
+    for op in Op::ALL.iter().filter(|op| op.group() == Group::Copies) {
+        write_op(&mut text, *op);
+    }
+    let _ = writeln!(text, "edition 2 fingerprint {second:08x}");
     golden::assert_text("isa.txt", &text);
 }

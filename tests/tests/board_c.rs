@@ -36,8 +36,14 @@ fn expected(bytes: &[u8]) -> String {
     text
 }
 
-/// Discrete with indexed memory, continuous, and with team memory; each of another width.
-const POLICIES: [&str; 3] = ["classic", "reactive", "team-memory"];
+/// Discrete with indexed memory, continuous, and with team memory, each of another width; and one that fills in what is
+/// missing by its model.
+const POLICIES: [&str; 4] = [
+    "v1/classic",
+    "v1/reactive",
+    "v1/team-memory",
+    "v3/believed-cubic",
+];
 
 #[test]
 fn c_on_a_board_decides_as_the_host() {
@@ -45,7 +51,7 @@ fn c_on_a_board_decides_as_the_host() {
         return;
     }
     for name in POLICIES {
-        let file = golden::path(&format!("v1/{name}.tpg"));
+        let file = golden::path(&format!("{name}.tpg"));
         let bytes = fs::read(&file).expect("a policy");
         let (status, printed) = M4F.run(&build_c(&file), &[]);
         let expected = expected(&bytes);

@@ -2,8 +2,11 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::time::{Duration, Instant};
 
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
+use tpg_sim_bridge::record::{RecordPath, Recorder as LoopRecorder, Subject};
+use tpg_sim_bridge::{Source, Step};
 use tpg_tasks::eval::Arena;
 use tpg_tasks::task::{ActionSpace, Rng, Task, create, names};
 use tpg_trainer::config::{Preset, Settings, resolve};
@@ -105,5 +108,43 @@ fn no_episode_of_an_agent_allocates() {
         });
         assert_eq!(watched, 0, "{name}, recorded");
         assert!(recorder.finish().moments != Moments::new(inputs), "{name}");
+    }
+}
+
+/// What `tpg hil --record` does in a step.
+#[test]
+fn no_recorded_step_of_the_loop_allocates() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let channel = |name: &str| (name.to_owned(), "1".to_owned());
+    for name in ["loop.mcap", "loop.csv"] {
+        let path = folder.path().join(name);
+        let place: RecordPath = path.to_str().expect("text").parse().expect("a form");
+        let subject = Subject {
+            inputs: vec![channel("a"), channel("b")],
+            outputs: vec![channel("c")],
+            period_us: 8_000,
+            max_steps: 1_000,
+            ..Subject::default()
+        };
+        let mut recorder = LoopRecorder::create(&place, subject).expect("a file");
+        for episode in 0..2 {
+            recorder.begin_episode().expect("written");
+            let before = ALLOCATIONS.get();
+            for step in 0..1_000 {
+                let missed = step % 10 == 9;
+                let facts = Step {
+                    sent: Instant::now(),
+                    latency: (!missed).then_some(Duration::from_micros(3)),
+                    source: if missed { Source::Held } else { Source::Answer },
+                };
+                recorder.keep(&[1.0, f32::NAN], Action::Continuous(&[0.5]), 7, facts);
+            }
+            assert_eq!(ALLOCATIONS.get() - before, 0, "{name}, episode {episode}");
+        }
+        recorder.finish().expect("written");
+        assert!(
+            std::fs::metadata(&path).expect("a file").len() > 40_000,
+            "{name}"
+        );
     }
 }

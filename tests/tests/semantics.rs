@@ -5,7 +5,9 @@ use tpg_runtime::blob::{
 };
 use tpg_runtime::isa::Op;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
-use tpg_runtime::{Action, Agent, AnyWidth, CapacityError, Fixed, ObservationError, Policy, Reset};
+use tpg_runtime::{
+    Action, Agent, AnyWidth, CapacityError, Fixed, ObservationError, Policy, Reset, State,
+};
 use tpg_tests::draft::{
     Draft, DraftProgram, DraftTeam, TestAgent, header, instruction, make_stateful,
 };
@@ -466,32 +468,32 @@ fn capacities_are_compared_before_anything_is_loaded() {
     fn refused<T>(result: Result<T, CapacityError>) -> (&'static str, usize, usize) {
         let error = result.err().expect("too little room");
         let text = error.to_string();
-        assert!(text.contains(error.resource), "{text}");
+        assert!(text.contains(error.resource.name()), "{text}");
         assert!(text.contains(&error.needed.to_string()), "{text}");
         assert!(text.contains(&error.available.to_string()), "{text}");
-        (error.resource, error.needed, error.available)
+        (error.resource.name(), error.needed, error.available)
     }
     assert_eq!(
-        refused(Agent::<AnyWidth, 8, 2, 2, 2>::new(policy)),
+        refused(Agent::<AnyWidth, State<8, 2, 2, 2>>::new(policy)),
         ("words", words, 8)
     );
     assert_eq!(
-        refused(Agent::<AnyWidth, 64, 1, 2, 2>::new(policy)),
+        refused(Agent::<AnyWidth, State<64, 1, 2, 2>>::new(policy)),
         ("programs", 2, 1)
     );
     assert_eq!(
-        refused(Agent::<AnyWidth, 64, 2, 1, 2>::new(policy)),
+        refused(Agent::<AnyWidth, State<64, 2, 1, 2>>::new(policy)),
         ("teams", 2, 1)
     );
     assert_eq!(
-        refused(Agent::<AnyWidth, 64, 2, 2, 1>::new(policy)),
+        refused(Agent::<AnyWidth, State<64, 2, 2, 1>>::new(policy)),
         ("streams", 2, 1)
     );
     assert_eq!(
-        refused(Agent::<Fixed<3>, 64, 2, 2, 2>::new(policy)),
+        refused(Agent::<Fixed<3>, State<64, 2, 2, 2>>::new(policy)),
         ("width", 2, 3)
     );
-    let mut small = Agent::<Fixed<2>, 64, 2, 2, 2>::new(policy).expect("enough room");
+    let mut small = Agent::<Fixed<2>, State<64, 2, 2, 2>>::new(policy).expect("enough room");
     small.decide(&[1.0, 0.0, 0.0]).expect("three elements");
     let before = small.words().to_vec();
     let mut large = draft.clone();

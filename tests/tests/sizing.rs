@@ -3,25 +3,100 @@
 use std::path::Path;
 use std::process::Command;
 
+use tpg_runtime::blob::{contract_bytes, contract_of, labels_of};
+use tpg_runtime::hash::{START_64, fnv1a_64};
+use tpg_runtime::parts::Resource;
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::{
-    Agent, AnyWidth, Capacities, CapacityError, Policy, SliceAgent, Slices, agent_type,
+    Agent, AnyWidth, Capacities, CapacityError, HostAgent, Policy, SliceAgent, Slices, State,
+    policy,
 };
 use tpg_tests::graphs;
 use tpg_tests::process::text;
 
-static BLOB: &[u8] = include_bytes!("../golden/v1/team-memory.tpg");
+policy!(mod champion = include_bytes!("../golden/v1/team-memory.tpg"));
+static BLOB: &[u8] = champion::BYTES;
 const NEEDED: Capacities = Capacities::of(BLOB);
 const _: () = NEEDED.assert_fits(&NEEDED);
 
 #[test]
 fn an_agent_of_the_policys_own_type_decides() {
+    let mut state = champion::State::new();
+    let mut agent = champion::load(&mut state).expect("exactly enough");
     let policy = Policy::load(BLOB).expect("a policy");
-    let mut agent = <agent_type!(BLOB)>::new(policy).expect("exactly enough");
-    let observation = vec![0.25; usize::from(policy.header().observation_len)];
-    assert!(agent.decide(&observation).is_ok());
-    assert!(size_of_val(&agent) <= NEEDED.state_bytes() + OVERHEAD);
+    let mut large = Box::new(HostAgent::new(policy).expect("room"));
+    for step in 0..20u8 {
+        let observation = [0.25 * f32::from(step); champion::INPUTS];
+        assert_eq!(large.decide(&observation), Ok(agent.decide(&observation)));
+    }
+    assert!(size_of_val(&agent) <= OVERHEAD);
+    assert!(size_of::<champion::State>() <= NEEDED.state_bytes() + STATE_OVERHEAD);
 }
+
+/// What the compiler reads of a file is what the loader finds in it, in every version of the format.
+#[test]
+fn a_module_has_the_numbers_and_names_of_its_policy() {
+    macro_rules! check {
+        ($($file:literal),* $(,)?) => {$({
+            policy!(mod known = include_bytes!($file));
+            let policy = Policy::load(known::BYTES).expect("a policy");
+            let header = policy.header();
+            assert_eq!(known::HEADER, *header, $file);
+            assert_eq!(known::INPUTS, usize::from(header.observation_len));
+            assert_eq!(known::OUTPUTS, header.outputs());
+            let actions = if header.outputs() == 0 { usize::from(header.actions) } else { 0 };
+            assert_eq!(known::ACTIONS, actions);
+            assert_eq!(known::PERIOD.as_micros(), u128::from(header.control_period_us));
+            let inputs = known::INPUT_CHANNELS.map(|c| (c.name, c.unit));
+            assert_eq!(inputs.to_vec(), policy.inputs().collect::<Vec<_>>(), $file);
+            let outputs = known::OUTPUT_CHANNELS.map(|c| (c.name, c.unit));
+            assert_eq!(outputs.to_vec(), policy.outputs().collect::<Vec<_>>(), $file);
+            assert_eq!(known::CONTRACT, policy.contract(), $file);
+            let mut contract = Vec::new();
+            contract_bytes(header, policy.tables().labels, |part| contract.extend(part));
+            assert_eq!(known::CONTRACT, fnv1a_64(START_64, &contract), $file);
+        })*};
+    }
+    check!(
+        "../golden/v1/team-memory.tpg",
+        "../golden/v1/each.tpg",
+        "../golden/v2/believed-cubic.tpg",
+        "../golden/v3/team-memory.tpg",
+        "../golden/v3/each.tpg",
+        "../golden/v3/believed-cubic.tpg",
+        "../golden/champions/cartpole-sr-sm-b23.tpg",
+        "../../docs/champions/half-cheetah-b23.tpg",
+    );
+}
+
+/// Every file of which the loader reads labels: the compiler's way to them finds the same.
+#[test]
+fn labels_and_contract_are_found_without_loading() {
+    for (number, bytes) in graphs::all().iter().enumerate() {
+        let policy = Policy::load(bytes).expect("a policy");
+        assert_eq!(
+            labels_of(bytes),
+            Some(policy.tables().labels),
+            "policy {number}"
+        );
+        assert_eq!(
+            contract_of(bytes),
+            Some(policy.contract()),
+            "policy {number}"
+        );
+        for len in 0..bytes.len() {
+            // It finds the labels or nothing, wherever the file ends.
+            let found = labels_of(&bytes[..len]);
+            assert!(
+                found.is_none_or(|labels| labels == policy.tables().labels),
+                "{number}"
+            );
+        }
+    }
+}
+
+/// Bytes that a state takes beyond what the policy needs, at most.
+const STATE_OVERHEAD: usize = 64;
 
 /// Bytes that an agent takes beyond its state, at most: asked is 1 KiB. On boards, whose pointers are shorter, it is less than here.
 const OVERHEAD: usize = 400;
@@ -30,8 +105,9 @@ const OVERHEAD: usize = 400;
 macro_rules! champions {
     ($($file:literal),* $(,)?) => {
         [$({
-            static BLOB: &[u8] = include_bytes!($file);
-            ($file, BLOB, size_of::<agent_type!(BLOB)>())
+            policy!(mod known = include_bytes!($file));
+            let bytes = size_of::<known::State>() + size_of::<known::Agent<'static>>();
+            ($file, known::BYTES, bytes)
         }),*]
     };
 }
@@ -86,7 +162,7 @@ fn drawn_policies_take_little_more_than_their_state() {
             + size_of_val(slices.streams);
         assert_eq!(state, needed.state_bytes(), "policy {number}");
         let policy = Policy::load(bytes).expect("a policy");
-        let agent: SliceAgent<'_, '_, AnyWidth> = SliceAgent::new(policy, slices).expect("room");
+        let agent: SliceAgent<'_, '_, AnyWidth> = SliceAgent::new_in(policy, slices).expect("room");
         assert!(size_of_val(&agent) <= OVERHEAD, "policy {number}");
     }
 }
@@ -94,9 +170,9 @@ fn drawn_policies_take_little_more_than_their_state() {
 #[test]
 fn a_policy_that_is_loaded_later_is_refused_with_both_numbers() {
     let policy = Policy::load(BLOB).expect("a policy");
-    let refused = Agent::<'_, AnyWidth, 16, 64, 64, 64>::new(policy).map(|_| ());
+    let refused = Agent::<'_, AnyWidth, State<16, 64, 64, 64>>::new(policy).map(|_| ());
     let error = CapacityError {
-        resource: "words",
+        resource: Resource::Words,
         needed: NEEDED.words,
         available: 16,
     };
@@ -143,7 +219,7 @@ fn what_does_not_fit_does_not_compile() {
         let said = compile(folder.path(), policy, check).expect_err(message);
         assert!(said.contains(message), "no {message:?} in: {said}");
     };
-    let agent = "pub type Champion = tpg_runtime::agent_type!(BLOB);\npub fn f(_: &Champion) {}";
+    let agent = "tpg_runtime::policy!(pub mod champion = super::BLOB);";
     let available = |words: usize| {
         format!(
             "{agent}\nconst AVAILABLE: Capacities = Capacities {{ words: {words}, ..NEEDED }};\n\
@@ -167,4 +243,11 @@ fn what_does_not_fit_does_not_compile() {
     );
     fails(cut, agent, &lengths);
     compile(folder.path(), BLOB, &available(words)).expect("what fits compiles");
+    let decide = |inputs: &str| {
+        format!(
+            "{agent}\npub fn f(agent: &mut champion::Agent<'_>) {{ agent.decide(&[0.0; {inputs}]); }}"
+        )
+    };
+    fails(BLOB, &decide("champion::INPUTS + 1"), "expected an array");
+    compile(folder.path(), BLOB, &decide("champion::INPUTS")).expect("the right length compiles");
 }

@@ -31,7 +31,7 @@ pub use population::Population;
 pub use registers::Registers;
 pub use remember::{memory_ops, remember};
 pub use rewrite::{NewConstants, rewrite_constants};
-pub use select::{rank, select};
+pub use select::{Ties, rank, select};
 pub use vary::{Child, Variation};
 
 #[cfg(test)]
@@ -55,6 +55,7 @@ pub(crate) mod tests {
             register_mode: RegisterMode::Stateful,
             team_memory: true,
             reset_rules: true,
+            copies: 0.0,
         }
     }
 

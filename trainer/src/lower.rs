@@ -55,7 +55,9 @@ mod tests {
         use Group::*;
         [
             Case {
-                groups: &[Scalar, Vector, Matrix, Constants, TeamMemory, WholeReads],
+                groups: &[
+                    Scalar, Vector, Matrix, Constants, TeamMemory, WholeReads, Copies,
+                ],
                 actions: VECTORS,
                 action_programs: ActionPrograms::Winner,
                 mode: RegisterMode::Stateful,
@@ -180,6 +182,7 @@ mod tests {
             register_mode: case.mode,
             team_memory: case.memory == MemoryModel::Team,
             reset_rules: false,
+            copies: 0.0,
         };
         let params = crate::evolve::tests::params();
         let policy_spec = policy_spec(case, shape);
@@ -200,6 +203,7 @@ mod tests {
                 &mut population,
                 &mut scores,
                 params.population as usize,
+                params.ties,
                 &[],
             );
         }
@@ -273,6 +277,7 @@ mod tests {
             register_mode: case.mode,
             team_memory: false,
             reset_rules: false,
+            copies: 0.0,
         };
         let mut rng = Rng::new(1);
         let mut population = Population::default();

@@ -343,7 +343,8 @@ impl Session {
         state.medians = [Some(median), state.medians[0]];
         let mut scores = state.fitness();
         let keep = self.settings.params.population as usize;
-        select(&mut state.population, &mut scores, keep, &protected);
+        let ties = self.settings.params.ties;
+        select(&mut state.population, &mut scores, keep, ties, &protected);
         let survives = |id: &TeamId| scores.binary_search_by_key(id, |(kept, _)| *kept).is_ok();
         state.records.retain(|id, _| survives(id));
         state.race.returns.retain(|id, _| survives(id));

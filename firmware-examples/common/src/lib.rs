@@ -31,8 +31,6 @@ pub mod trial;
 #[cfg(feature = "virt")]
 pub mod virt;
 
-use tpg_runtime::Header;
-
 /// Reads a public key that `tpg keygen` wrote, in a constant expression.
 ///
 /// # Panics
@@ -46,14 +44,5 @@ pub const fn public_key(text: &[u8]) -> tpg_runtime::signature::PublicKey {
         None => {
             panic!("TPG_PUBLIC_KEY names no public key: `tpg keygen KEY` writes one to KEY.pub")
         }
-    }
-}
-
-/// The number of values in a policy's observation, usable in constant expressions. It is 0 if the bytes are no policy.
-#[must_use]
-pub const fn inputs(policy: &[u8]) -> usize {
-    match Header::peek(policy) {
-        Some(header) => header.observation_len as usize,
-        None => 0,
     }
 }

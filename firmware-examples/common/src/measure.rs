@@ -1,6 +1,6 @@
 //! Measures the stack and the executed instructions of decisions on this machine.
 
-use tpg_runtime::{Agent, Reset, Width};
+use tpg_runtime::{Agent, Reset, Storage, Width};
 
 use crate::pack::SEED;
 use crate::trial::{EPISODE, Generator, MAX_OBSERVATION};
@@ -26,16 +26,7 @@ pub struct Seen {
 
 /// Runs [`DECISIONS`] decisions and measures them. `now` returns the number of executed instructions, modulo 2^32.
 #[inline(never)]
-pub fn run<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &mut Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
-    now: impl Fn() -> u32,
-) -> Seen {
+pub fn run<W: Width, S: Storage>(agent: &mut Agent<'_, W, S>, now: impl Fn() -> u32) -> Seen {
     let mut generator = Generator::new(SEED);
     let mut buffer = [0.0; MAX_OBSERVATION];
     let len = usize::from(agent.policy().header().observation_len);
@@ -66,16 +57,7 @@ pub fn run<
 /// Decides once and returns the policy instructions, 0 if the decision fails. It is a separate function so that all
 /// its stack lies below the caller's.
 #[inline(never)]
-fn decide<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &mut Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
-    observation: &[f32],
-) -> u32 {
+fn decide<W: Width, S: Storage>(agent: &mut Agent<'_, W, S>, observation: &[f32]) -> u32 {
     agent
         .decide(observation)
         .map_or(0, |decision| decision.instructions)

@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-use tpg_runtime::{Agent, CapacityError, Fixed, Policy, VerifyError};
+use tpg_runtime::{Agent, CapacityError, Fixed, Policy, State, VerifyError};
 
 use crate::trial::{self, Hash, Outcome};
 
@@ -17,7 +17,7 @@ pub const MAGIC: [u8; 4] = *b"TPGP";
 pub const SEED: u64 = 2025;
 
 /// An agent of one width that is large enough for every test policy.
-type Roomy<'p, const W: usize> = Agent<'p, Fixed<W>, 16384, 256, 64, 192>;
+type Roomy<'p, const W: usize> = Agent<'p, Fixed<W>, State<16384, 256, 64, 192>>;
 
 /// Why a policy in a pack could not be run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

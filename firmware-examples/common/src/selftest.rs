@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use tpg_runtime::{Agent, Width};
+use tpg_runtime::{Agent, Storage, Width};
 
 use crate::pack::SEED;
 use crate::trial::{self, Hash};
@@ -53,14 +53,8 @@ impl core::error::Error for SelftestError {}
 ///
 /// # Errors
 /// [`SelftestError`] of the first line that does not agree.
-pub fn check<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &mut Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+pub fn check<W: Width, S: Storage>(
+    agent: &mut Agent<'_, W, S>,
     golden: &str,
 ) -> Result<u32, SelftestError> {
     let count = golden.lines().count();

@@ -4,7 +4,9 @@ use tpg_runtime::blob::{Blob, contract, contract_bytes};
 use tpg_runtime::wire::{
     self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, Signed, SlotState, Stored,
 };
-use tpg_runtime::{Action, Agent, Capacities, CapacityError, Header, Policy, Reset, Width};
+use tpg_runtime::{
+    Action, Agent, Capacities, CapacityError, Header, Policy, Reset, Storage, Width,
+};
 
 use crate::slots::{Flash, Refused, Slots};
 use crate::trial::MAX_OBSERVATION;
@@ -101,16 +103,10 @@ impl<F: Flash> Session<F> {
     ///
     /// # Errors
     /// [`CapacityError`] if the policy does not fit the agent.
-    pub fn start<
-        W: Width,
-        const WORDS: usize,
-        const PROGRAMS: usize,
-        const TEAMS: usize,
-        const STREAMS: usize,
-    >(
+    pub fn start<W: Width, S: Storage>(
         built_in: &'static [u8],
         flash: Option<F>,
-        agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+        agent: &mut Agent<'static, W, S>,
         rules: Rules,
     ) -> Result<Self, CapacityError> {
         let original = *agent.policy();
@@ -158,15 +154,9 @@ impl<F: Flash> Session<F> {
     }
 
     /// Takes the next byte from the line and returns the bytes to send. They are empty unless a request is complete.
-    pub fn take<
-        W: Width,
-        const WORDS: usize,
-        const PROGRAMS: usize,
-        const TEAMS: usize,
-        const STREAMS: usize,
-    >(
+    pub fn take<W: Width, S: Storage>(
         &mut self,
-        agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+        agent: &mut Agent<'static, W, S>,
         byte: u8,
     ) -> &[u8] {
         self.take_safely(agent, byte, || {})
@@ -174,15 +164,9 @@ impl<F: Flash> Session<F> {
 
     /// As [`take`](Self::take). Calls `make_safe` before it changes the policy or the flash, which can stop the processor
     /// for seconds.
-    pub fn take_safely<
-        W: Width,
-        const WORDS: usize,
-        const PROGRAMS: usize,
-        const TEAMS: usize,
-        const STREAMS: usize,
-    >(
+    pub fn take_safely<W: Width, S: Storage>(
         &mut self,
-        agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+        agent: &mut Agent<'static, W, S>,
         byte: u8,
         make_safe: impl FnOnce(),
     ) -> &[u8] {
@@ -308,23 +292,17 @@ impl<F: Flash> Session<F> {
 }
 
 /// How much the policy needs of the first resource that the agent has too little of. `None` if the policy fits.
-fn excess<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+fn excess<W: Width, S: Storage>(
+    agent: &Agent<'static, W, S>,
     policy: &Policy<'static>,
 ) -> Option<u32> {
     let needed = Capacities::needed_by(policy.header());
-    let width = usize::from(agent.policy().header().width);
+    let available = agent.capacities();
     let resources = [
-        (needed.words, WORDS),
-        (needed.programs, PROGRAMS),
-        (needed.teams, TEAMS),
-        (needed.streams, STREAMS),
+        (needed.words, available.words),
+        (needed.programs, available.programs),
+        (needed.teams, available.teams),
+        (needed.streams, available.streams),
         (policy.header().outputs(), MAX_ACTION),
         (
             usize::from(policy.header().observation_len),
@@ -334,20 +312,14 @@ fn excess<
     let excess = resources
         .into_iter()
         .find(|(needed, available)| needed > available);
-    let width = (needed.width != width).then_some(needed.width);
+    let width = (needed.width != available.width).then_some(needed.width);
     width.or(excess.map(|(needed, _)| needed)).map(|n| n as u32)
 }
 
 /// Whether the firmware takes a policy, whose file is `file`.
-fn accept<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
+fn accept<W: Width, S: Storage>(
     rules: &Rules,
-    agent: &Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+    agent: &Agent<'static, W, S>,
     file: &[u8],
     policy: &Policy<'static>,
 ) -> Result<(), Refused> {
@@ -386,16 +358,7 @@ fn excerpt<'b>(file: &[u8], at: u32, buffer: &'b mut [u8]) -> (u32, &'b [u8]) {
 }
 
 /// Changes over to a policy that was loaded before and fits, so neither step fails.
-fn change<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
-    file: &'static [u8],
-) {
+fn change<W: Width, S: Storage>(agent: &mut Agent<'static, W, S>, file: &'static [u8]) {
     if let Ok(policy) = Policy::load(file) {
         let _ = agent.load(policy);
     }
@@ -415,15 +378,8 @@ fn done(result: Result<(), Refused>) -> Answer<'static> {
     }
 }
 
-fn decide<
-    'v,
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &mut Agent<'static, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+fn decide<'v, W: Width, S: Storage>(
+    agent: &mut Agent<'static, W, S>,
     seen: &[u8],
     values: &'v mut [u8; 4 * MAX_ACTION],
 ) -> Answer<'v> {

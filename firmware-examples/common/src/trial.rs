@@ -4,7 +4,7 @@
 //! compiler or the floating-point unit.
 
 use tpg_runtime::hash::{START_64, fnv1a_64};
-use tpg_runtime::{Action, Agent, Decision, Reset, Width};
+use tpg_runtime::{Action, Agent, Decision, Reset, Storage, Width};
 
 /// The number of decisions between two reports.
 pub const REPORT_EVERY: u32 = 100;
@@ -114,14 +114,8 @@ pub struct Outcome {
 
 /// Runs `decisions` decisions. Resets the agent at the start and after every [`EPISODE`] decisions. Calls `report` with
 /// the number of decisions and the hash so far after every [`REPORT_EVERY`] decisions.
-pub fn run<
-    W: Width,
-    const WORDS: usize,
-    const PROGRAMS: usize,
-    const TEAMS: usize,
-    const STREAMS: usize,
->(
-    agent: &mut Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>,
+pub fn run<W: Width, S: Storage>(
+    agent: &mut Agent<'_, W, S>,
     seed: u64,
     decisions: u32,
     mut report: impl FnMut(u32, Hash),

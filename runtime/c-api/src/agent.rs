@@ -110,7 +110,7 @@ pub unsafe extern "C" fn tpg_init(
             streams: fill(memory.add(layout.streams), needed.streams, Pcg32::new(0, 0)),
         }
     };
-    let Ok(made) = SliceAgent::new(policy, slices) else {
+    let Ok(made) = SliceAgent::new_in(policy, slices) else {
         return TpgStatus::Width;
     };
     // SAFETY: as above. The layout leaves the first bytes to the agent.

@@ -5,34 +5,71 @@ use crate::hash::{START_64, fnv1a_64};
 
 /// The hash of a policy's contract, from its header and its labels.
 ///
-/// Two policies with equal contracts can take each other's place on one robot. It works for every version of the format.
+/// Two policies with equal contracts can take each other's place on one robot. It works for every version of the format,
+/// also in constant expressions ([`contract_of`](super::contract_of) reads a whole file).
 /// The hash guards against mistakes, not against attackers.
 #[must_use]
-pub fn contract(header: &Header, labels: &str) -> u64 {
-    let mut hash = START_64;
-    contract_bytes(header, labels, |part| hash = fnv1a_64(hash, part));
+pub const fn contract(header: &Header, labels: &str) -> u64 {
+    let mut hash = fnv1a_64(START_64, &head(header));
+    let (mut k, mut text) = (0, labels.as_bytes());
+    while k < channels(header) && !text.is_empty() {
+        let (line, rest) = next_line(text);
+        hash = fnv1a_64(fnv1a_64(hash, line), b"\n");
+        hash = fnv1a_64(hash, &range(header, k));
+        (k, text) = (k + 1, rest);
+    }
     hash
 }
 
 /// Passes the contract's bytes to `put`, part by part.
 pub fn contract_bytes(header: &Header, labels: &str, mut put: impl FnMut(&[u8])) {
-    put(b"TPGC\x01");
-    put(&[u8::from(header.action_kind != ActionKind::Discrete)]);
-    put(&header.observation_len.to_le_bytes());
-    put(&header.actions.to_le_bytes());
-    put(&header.control_period_us.to_le_bytes());
-    let inputs = usize::from(header.observation_len);
-    for (k, line) in lines(labels).take(inputs + header.outputs()).enumerate() {
+    put(&head(header));
+    for (k, line) in lines(labels).take(channels(header)).enumerate() {
         put(line.as_bytes());
         put(b"\n");
-        let (low, high) = if k < inputs {
-            (f32::NEG_INFINITY, f32::INFINITY)
-        } else {
-            (header.action_low, header.action_high)
-        };
-        put(&positive_zero(low).to_le_bytes());
-        put(&positive_zero(high).to_le_bytes());
+        put(&range(header, k));
     }
+}
+
+const fn channels(header: &Header) -> usize {
+    header.observation_len as usize + header.outputs()
+}
+
+/// The bytes before those of the channels.
+const fn head(header: &Header) -> [u8; 14] {
+    let continuous = !matches!(header.action_kind, ActionKind::Discrete);
+    let [i0, i1] = header.observation_len.to_le_bytes();
+    let [a0, a1] = header.actions.to_le_bytes();
+    let [p0, p1, p2, p3] = header.control_period_us.to_le_bytes();
+    let [m0, m1, m2, m3] = *b"TPGC";
+    [
+        m0,
+        m1,
+        m2,
+        m3,
+        1,
+        continuous as u8,
+        i0,
+        i1,
+        a0,
+        a1,
+        p0,
+        p1,
+        p2,
+        p3,
+    ]
+}
+
+/// The bytes of the range of channel `k`.
+const fn range(header: &Header, k: usize) -> [u8; 8] {
+    let (low, high) = if k < header.observation_len as usize {
+        (f32::NEG_INFINITY, f32::INFINITY)
+    } else {
+        (header.action_low, header.action_high)
+    };
+    let [l0, l1, l2, l3] = positive_zero(low).to_le_bytes();
+    let [h0, h1, h2, h3] = positive_zero(high).to_le_bytes();
+    [l0, l1, l2, l3, h0, h1, h2, h3]
 }
 
 /// The number, +0 for −0.
@@ -50,4 +87,23 @@ pub(crate) fn lines(mut text: &str) -> impl Iterator<Item = &str> + Clone {
         text = rest;
         more.then_some(line)
     })
+}
+
+/// The first line of a text, and what comes after it. It works in constant expressions.
+pub(crate) const fn next_line(text: &[u8]) -> (&[u8], &[u8]) {
+    split_at_byte(text, b'\n')
+}
+
+/// The text before the first byte of this value, and what comes after it. All of the text if there is none.
+pub(crate) const fn split_at_byte(text: &[u8], byte: u8) -> (&[u8], &[u8]) {
+    let (mut len, mut rest) = (0, text);
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        if *first == byte {
+            let (line, _) = text.split_at(len);
+            return (line, rest);
+        }
+        len += 1;
+    }
+    (text, rest)
 }

@@ -9,6 +9,8 @@ use crate::tables::Tables;
 
 /// Why tables could not be encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
     /// The buffer is too small. [`encoded_bound`] gives a sufficient size.

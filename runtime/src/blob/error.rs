@@ -3,9 +3,12 @@
 use core::fmt;
 
 use super::OLDEST_VERSION;
+use crate::parts::{Field, Table};
 
 /// Why bytes cannot be decoded as a blob.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum DecodeError {
     /// There are fewer bytes than a header has, or fewer than the header says.
@@ -38,8 +41,8 @@ pub enum DecodeError {
     },
     /// A field of the header holds a value that the format does not define.
     HeaderField {
-        /// Name of the field.
-        field: &'static str,
+        /// The field.
+        field: Field,
     },
     /// The checksum is wrong. The bytes were damaged.
     Checksum {
@@ -59,8 +62,8 @@ pub enum DecodeError {
     },
     /// The length of a table is not a multiple of the width of its records.
     RecordWidth {
-        /// Name of the table.
-        table: &'static str,
+        /// The table.
+        table: Table,
     },
 }
 
@@ -111,6 +114,8 @@ impl core::error::Error for DecodeError {}
 
 /// What is wrong with a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SectionFault {
     /// Its type is not above that of the section before it.
@@ -156,7 +161,7 @@ impl fmt::Display for SectionFault {
 
 pub(super) fn records<'a, const N: usize>(
     bytes: &'a [u8],
-    table: &'static str,
+    table: Table,
 ) -> Result<&'a [[u8; N]], DecodeError> {
     match bytes.as_chunks::<N>() {
         (records, []) => Ok(records),

@@ -1,7 +1,8 @@
 //! The header of a blob. It has a fixed size, and constant expressions can read it.
 
 use super::{CRC_BYTES, MAGIC, MAX_FILE_BYTES, MAX_SECTIONS, OLDEST_VERSION, VERSION};
-use crate::isa::FINGERPRINT;
+use crate::isa::{EDITIONS, Edition};
+use crate::parts::Field;
 
 macro_rules! coded {
     ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $code:literal $text:literal,)* }) => {
@@ -247,13 +248,13 @@ pub(crate) enum HeaderFault {
     Magic,
     Version(u16),
     Fingerprint(u32),
-    Field(&'static str),
+    Field(Field),
 }
 
 /// Reads `N` bytes at `at`.
 ///
 /// Returns zeros if they lie past the end. Callers check the length first, so this does not happen.
-const fn bytes_at<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
+pub(super) const fn bytes_at<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     if let Some((_, rest)) = bytes.split_at_checked(at)
         && let Some(chunk) = rest.first_chunk::<N>()
     {
@@ -280,45 +281,47 @@ const fn u8_at(bytes: &[u8], at: usize) -> u8 {
 }
 
 impl Default for Header {
-    /// The header of an empty discrete policy. Every number is 0, and every kind is the one with code 0.
-    ///
-    /// Code that encodes a policy starts from this header and sets the fields.
+    /// [`Header::EMPTY`].
     fn default() -> Self {
-        Header {
-            version: VERSION,
-            body_bytes: 0,
-            words: 0,
-            programs: 0,
-            teams: 0,
-            streams: 0,
-            width: 0,
-            observation_len: 0,
-            window: 0,
-            actions: 0,
-            action_kind: ActionKind::Discrete,
-            register_mode: RegisterMode::Stateless,
-            initial_values: InitialValues::Zero,
-            reset_scope: ResetScope::Original,
-            memory_model: MemoryModel::None,
-            write_distribution: WriteDistribution::Thesis,
-            front_end: None,
-            groups: 0,
-            action_low: 0.0,
-            action_high: 0.0,
-            control_period_us: 0,
-            provenance: [0; 16],
-            contract: 0,
-            release: 0,
-            history: 1,
-            sections: 0,
-            missing: Missing::Zero,
-        }
+        Self::EMPTY
     }
 }
 
 impl Header {
     /// Length of a header in bytes. Headers of versions 1 and 2 have 24 bytes fewer, but every file has this many.
     pub const BYTES: usize = 96;
+    /// The header of an empty discrete policy. Every number is 0, and every kind is the one with code 0.
+    ///
+    /// Code that encodes a policy starts from this header and sets the fields.
+    pub const EMPTY: Self = Header {
+        version: VERSION,
+        body_bytes: 0,
+        words: 0,
+        programs: 0,
+        teams: 0,
+        streams: 0,
+        width: 0,
+        observation_len: 0,
+        window: 0,
+        actions: 0,
+        action_kind: ActionKind::Discrete,
+        register_mode: RegisterMode::Stateless,
+        initial_values: InitialValues::Zero,
+        reset_scope: ResetScope::Original,
+        memory_model: MemoryModel::None,
+        write_distribution: WriteDistribution::Thesis,
+        front_end: None,
+        groups: 0,
+        action_low: 0.0,
+        action_high: 0.0,
+        control_period_us: 0,
+        provenance: [0; 16],
+        contract: 0,
+        release: 0,
+        history: 1,
+        sections: 0,
+        missing: Missing::Zero,
+    };
     /// Length of a header of version 1 or 2.
     pub(super) const OLD_BYTES: usize = 72;
 
@@ -354,28 +357,35 @@ impl Header {
             return Err(HeaderFault::Short(length));
         }
         if u16_at(bytes, 6) as usize != length {
-            return Err(HeaderFault::Field("header length"));
+            return Err(HeaderFault::Field(Field::HeaderLength));
         }
-        if u32_at(bytes, 8) != FINGERPRINT {
-            return Err(HeaderFault::Fingerprint(u32_at(bytes, 8)));
+        let fingerprint = u32_at(bytes, 8);
+        let edition = match Edition::find(fingerprint) {
+            Some(edition) if !old || fingerprint == EDITIONS[0].fingerprint => edition,
+            _ => return Err(HeaderFault::Fingerprint(fingerprint)),
+        };
+        let groups = u16_at(bytes, 52);
+        // The groups are those of the code, which verification checks. So no code lies beyond the edition.
+        if groups & !edition.groups() != 0 {
+            return Err(HeaderFault::Field(Field::Groups));
         }
         let Some(action_kind) = ActionKind::from_code(u8_at(bytes, 34)) else {
-            return Err(HeaderFault::Field("action kind"));
+            return Err(HeaderFault::Field(Field::ActionKind));
         };
         let Some(register_mode) = RegisterMode::from_code(u8_at(bytes, 35)) else {
-            return Err(HeaderFault::Field("register mode"));
+            return Err(HeaderFault::Field(Field::RegisterMode));
         };
         let Some(initial_values) = InitialValues::from_code(u8_at(bytes, 36)) else {
-            return Err(HeaderFault::Field("initial values"));
+            return Err(HeaderFault::Field(Field::InitialValues));
         };
         let Some(reset_scope) = ResetScope::from_code(u8_at(bytes, 37)) else {
-            return Err(HeaderFault::Field("reset scope"));
+            return Err(HeaderFault::Field(Field::ResetScope));
         };
         let Some(memory_model) = MemoryModel::from_code(u8_at(bytes, 38)) else {
-            return Err(HeaderFault::Field("memory model"));
+            return Err(HeaderFault::Field(Field::MemoryModel));
         };
         let Some(write_distribution) = WriteDistribution::from_code(u8_at(bytes, 39)) else {
-            return Err(HeaderFault::Field("write distribution"));
+            return Err(HeaderFault::Field(Field::WriteDistribution));
         };
         let front_end_words = u16_at(bytes, 54);
         let (missing, has_front_end) = if old {
@@ -384,11 +394,11 @@ impl Header {
             match Missing::from_code(u8_at(bytes, 88)) {
                 Some(Missing::Zero) => (Missing::Zero, false),
                 Some(missing) => (missing, true),
-                None => return Err(HeaderFault::Field("missing")),
+                None => return Err(HeaderFault::Field(Field::Missing)),
             }
         };
         if !has_front_end && front_end_words != 0 {
-            return Err(HeaderFault::Field("front-end words"));
+            return Err(HeaderFault::Field(Field::FrontEndWords));
         }
         let front_end = if has_front_end {
             Some(front_end_words)
@@ -421,7 +431,7 @@ impl Header {
             memory_model,
             write_distribution,
             front_end,
-            groups: u16_at(bytes, 52),
+            groups,
             action_low: f32::from_bits(u32_at(bytes, 40)),
             action_high: f32::from_bits(u32_at(bytes, 44)),
             control_period_us: u32_at(bytes, 48),
@@ -435,17 +445,17 @@ impl Header {
     }
 
     /// The field of version 3 that holds what this build does not read, if there is one.
-    const fn refused_extension(bytes: &[u8]) -> Option<&'static str> {
+    const fn refused_extension(bytes: &[u8]) -> Option<Field> {
         if u16_at(bytes, 84) != 1 {
-            Some("history")
+            Some(Field::History)
         } else if u16_at(bytes, 86) > MAX_SECTIONS {
-            Some("sections")
+            Some(Field::Sections)
         } else if u8_at(bytes, 89) != 0 {
-            Some("tasks")
+            Some(Field::Tasks)
         } else if u16_at(bytes, 90) != 0 || u32_at(bytes, 92) != 0 {
-            Some("reserved bytes")
+            Some(Field::Reserved)
         } else if u32_at(bytes, 12) > MAX_FILE_BYTES - (Self::BYTES + CRC_BYTES) as u32 {
-            Some("body bytes")
+            Some(Field::BodyBytes)
         } else {
             None
         }
@@ -465,7 +475,7 @@ impl Header {
         put(&MAGIC);
         put(&VERSION.to_le_bytes());
         put(&(Self::BYTES as u16).to_le_bytes());
-        put(&FINGERPRINT.to_le_bytes());
+        put(&Edition::of_groups(self.groups).fingerprint.to_le_bytes());
         put(&self.body_bytes.to_le_bytes());
         put(&self.words.to_le_bytes());
         for field in [

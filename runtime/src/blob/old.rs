@@ -1,6 +1,7 @@
 //! The body of versions 1 and 2: a message in postcard's encoding.
 
 use super::error::{DecodeError, records};
+use crate::parts::Table;
 use crate::tables::Tables;
 
 /// The body as postcard reads it.
@@ -29,13 +30,13 @@ pub(super) fn read(body: &[u8]) -> Result<Tables<'_>, DecodeError> {
         return Err(DecodeError::Body);
     }
     Ok(Tables {
-        teams: records(body.teams, "teams")?,
-        members: records(body.members, "members")?,
-        programs: records(body.programs, "programs")?,
-        code: records(body.code, "code")?,
-        constants: records(body.constants, "constants")?,
-        cells: records(body.cells, "cells")?,
-        memory: records(body.memory, "memory")?,
+        teams: records(body.teams, Table::Teams)?,
+        members: records(body.members, Table::Members)?,
+        programs: records(body.programs, Table::Programs)?,
+        code: records(body.code, Table::Code)?,
+        constants: records(body.constants, Table::Constants)?,
+        cells: records(body.cells, Table::Cells)?,
+        memory: records(body.memory, Table::Memory)?,
         front_end: body.front_end,
         labels: body.labels,
         task: body.task,

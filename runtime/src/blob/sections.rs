@@ -1,6 +1,7 @@
 //! The directory of version 3 and the sections that it names.
 
 use super::error::{DecodeError, SectionFault, records};
+use crate::parts::Table;
 use crate::tables::Tables;
 
 /// Bytes of an entry of the directory.
@@ -105,13 +106,13 @@ pub(super) fn read(body: &[u8], sections: u16) -> Result<(Tables<'_>, bool), Dec
         rest = behind;
         let text = || core::str::from_utf8(section).map_err(|_| refused(SectionFault::Text));
         match kind {
-            kind::TEAMS => tables.teams = records(section, "teams")?,
-            kind::MEMBERS => tables.members = records(section, "members")?,
-            kind::PROGRAMS => tables.programs = records(section, "programs")?,
-            kind::CODE => tables.code = records(section, "code")?,
-            kind::CONSTANTS => tables.constants = records(section, "constants")?,
-            kind::CELLS => tables.cells = records(section, "cells")?,
-            kind::MEMORY => tables.memory = records(section, "memory")?,
+            kind::TEAMS => tables.teams = records(section, Table::Teams)?,
+            kind::MEMBERS => tables.members = records(section, Table::Members)?,
+            kind::PROGRAMS => tables.programs = records(section, Table::Programs)?,
+            kind::CODE => tables.code = records(section, Table::Code)?,
+            kind::CONSTANTS => tables.constants = records(section, Table::Constants)?,
+            kind::CELLS => tables.cells = records(section, Table::Cells)?,
+            kind::MEMORY => tables.memory = records(section, Table::Memory)?,
             kind::FRONT_END => tables.front_end = section,
             kind::LABELS => tables.labels = text()?,
             kind::TASK => tables.task = text()?,

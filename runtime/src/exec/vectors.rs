@@ -79,6 +79,16 @@ pub fn vectors<'c, const W: usize, O: Observer>(
                     put_row(words, d + r * W, &[*x; W]);
                 }
             }};
+            (Latch: VUpdate <- S, V) => {
+                if math::opens(load(words, i.a)) {
+                    map_vector::<W>(words, [d, b], lanes::same)
+                }
+            };
+            (Latch: MUpdate <- S, M) => {
+                if math::opens(load(words, i.a)) {
+                    map_matrix::<W>(words, [d, b], lanes::same)
+                }
+            };
             (Reload: S <- None, None) => { context.reload(words, i.d, 1) };
             (Reload: V <- None, None) => { context.reload(words, i.d, W) };
             (Reload: M <- None, None) => { context.reload(words, i.d, W * W) };

@@ -31,6 +31,13 @@ pub fn predict(x: f32, change: f32) -> f32 {
     clamp(finite(x + change), -LIMIT, LIMIT)
 }
 
+/// How far an element that is perceived is from what was predicted of it. A non-finite difference becomes 0.
+#[inline(always)]
+#[must_use]
+pub fn residual(x: f32, predicted: f32) -> f32 {
+    finite(x - predicted)
+}
+
 /// A discrete action as a variable of the model: its number minus the middle of all numbers, (`actions` − 1) / 2.
 #[must_use]
 pub fn centred(action: u16, actions: u16) -> f32 {

@@ -3,17 +3,20 @@
 use core::fmt;
 
 use crate::blob::DecodeError;
+use crate::parts::{CodeField, Feature, Field, Table};
 
 /// Why a policy is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum VerifyError {
     /// The bytes cannot be decoded as a blob.
     Decode(DecodeError),
     /// A header field contradicts the tables or another field, or exceeds a limit.
     Header {
-        /// Name of the field.
-        field: &'static str,
+        /// The field.
+        field: Field,
         /// The value that is needed, or the limit that the value exceeds or falls below.
         needed: u32,
         /// The value found.
@@ -23,8 +26,8 @@ pub enum VerifyError {
     ActionRange,
     /// A record does not have the one encoding that the format allows, or refers to data that is not there.
     Record {
-        /// Name of the table.
-        table: &'static str,
+        /// The table.
+        table: Table,
         /// Index of the record in the table.
         index: u32,
     },
@@ -73,8 +76,8 @@ pub enum VerifyError {
         program: u16,
         /// Index of the instruction in the program.
         instruction: u16,
-        /// Name of the field: `d`, `a` or `b`.
-        field: char,
+        /// The field.
+        field: CodeField,
     },
     /// An instruction needs a group, a memory model or evolved constants that the header does not name.
     Group {
@@ -86,12 +89,12 @@ pub enum VerifyError {
     /// The policy needs a part of the runtime that this build does not have.
     Unsupported {
         /// The feature of this crate that adds the part.
-        feature: &'static str,
+        feature: Feature,
     },
     /// A constant or a word of the memory image is not a finite number.
     NotFinite {
-        /// Name of the table.
-        table: &'static str,
+        /// The table.
+        table: Table,
         /// Index of the word in the table.
         index: u32,
     },

@@ -3,6 +3,7 @@
 use super::error::VerifyError;
 use crate::blob::{ActionKind, Header, MemoryModel, RegisterMode, ResetScope};
 use crate::isa::Group;
+use crate::parts::{Feature, Field};
 use crate::tables::{Tables, Target};
 
 /// Largest vector width that the interpreter supports.
@@ -22,7 +23,7 @@ pub(super) fn count<T>(table: &[T]) -> u32 {
     u32::try_from(table.len()).unwrap_or(u32::MAX)
 }
 
-pub(super) fn require(field: &'static str, needed: u32, got: u32) -> Result<(), VerifyError> {
+pub(super) fn require(field: Field, needed: u32, got: u32) -> Result<(), VerifyError> {
     if needed == got {
         Ok(())
     } else {
@@ -30,7 +31,7 @@ pub(super) fn require(field: &'static str, needed: u32, got: u32) -> Result<(), 
     }
 }
 
-pub(super) fn at_most(field: &'static str, limit: u32, got: u32) -> Result<(), VerifyError> {
+pub(super) fn at_most(field: Field, limit: u32, got: u32) -> Result<(), VerifyError> {
     if got <= limit {
         Ok(())
     } else {
@@ -50,11 +51,11 @@ fn check_features(header: &Header) -> Result<(), VerifyError> {
     let missing = if let Some(group) = group {
         Some(group.feature())
     } else if !header.write_distribution.is_built() {
-        Some("write-distributions")
+        Some(Feature::WriteDistributions)
     } else if header.front_end.is_some() && !cfg!(feature = "front-end") {
-        Some("front-end")
+        Some(Feature::FrontEnd)
     } else if !header.action_kind.is_built() {
-        Some("action-programs")
+        Some(Feature::ActionPrograms)
     } else {
         None
     };
@@ -67,34 +68,49 @@ fn check_features(header: &Header) -> Result<(), VerifyError> {
 pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> {
     check_features(header)?;
     require(
-        "programs",
+        Field::Programs,
         count(tables.programs),
         u32::from(header.programs),
     )?;
-    require("teams", count(tables.teams), u32::from(header.teams))?;
-    at_most("teams", u32::from(Target::MAX), u32::from(header.teams))?;
+    require(Field::Teams, count(tables.teams), u32::from(header.teams))?;
+    at_most(
+        Field::Teams,
+        u32::from(Target::MAX),
+        u32::from(header.teams),
+    )?;
     if header.has_missing_values() {
         at_most(
-            "programs",
+            Field::Programs,
             u32::from(MAX_PROGRAMS),
             u32::from(header.programs),
         )?;
-        at_most("teams", u32::from(MAX_TEAMS), u32::from(header.teams))?;
-        at_most("streams", u32::from(MAX_STREAMS), u32::from(header.streams))?;
+        at_most(Field::Teams, u32::from(MAX_TEAMS), u32::from(header.teams))?;
+        at_most(
+            Field::Streams,
+            u32::from(MAX_STREAMS),
+            u32::from(header.streams),
+        )?;
     }
-    at_most("words", MAX_WORDS, header.words)?;
-    at_most("width", u32::from(MAX_WIDTH), u32::from(header.width))?;
-    if header.width == 0 || header.observation_len == 0 || header.actions == 0 || header.teams == 0
-    {
-        return Err(VerifyError::Header {
-            field: "width, observation length, actions or teams",
-            needed: 1,
-            got: 0,
-        });
+    at_most(Field::Words, MAX_WORDS, header.words)?;
+    at_most(Field::Width, u32::from(MAX_WIDTH), u32::from(header.width))?;
+    let counts = [
+        (Field::Width, header.width),
+        (Field::Observation, header.observation_len),
+        (Field::Actions, header.actions),
+        (Field::Teams, header.teams),
+    ];
+    for (field, count) in counts {
+        if count == 0 {
+            return Err(VerifyError::Header {
+                field,
+                needed: 1,
+                got: 0,
+            });
+        }
     }
     if header.window < header.observation_len {
         return Err(VerifyError::Header {
-            field: "window",
+            field: Field::Window,
             needed: u32::from(header.observation_len),
             got: u32::from(header.window),
         });
@@ -109,16 +125,16 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
             return Err(VerifyError::ActionRange);
         }
         at_most(
-            "actions",
+            Field::Actions,
             u32::from(header.width),
             u32::from(header.actions),
         )?;
         if header.action_kind == ActionKind::Each {
-            require("teams", 1, u32::from(header.teams))?;
+            require(Field::Teams, 1, u32::from(header.teams))?;
             // A policy with one output is stored as `Continuous`. The format allows only one encoding of a policy.
             if header.actions < 2 {
                 return Err(VerifyError::Header {
-                    field: "actions",
+                    field: Field::Actions,
                     needed: 2,
                     got: u32::from(header.actions),
                 });
@@ -126,7 +142,7 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
         }
     } else {
         at_most(
-            "actions",
+            Field::Actions,
             u32::from(Target::MAX) + 1,
             u32::from(header.actions),
         )?;
@@ -140,7 +156,7 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
         header.register_mode == RegisterMode::Stateless && header.memory_model == MemoryModel::None;
     if stateless != (header.reset_scope == ResetScope::EveryDecision) {
         return Err(VerifyError::Header {
-            field: "reset scope for its register mode and memory model",
+            field: Field::ResetScope,
             needed: if stateless {
                 ResetScope::EveryDecision as u32
             } else {
@@ -150,7 +166,7 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
         });
     }
     if header.memory_model != MemoryModel::Indexed {
-        require("cells", 0, count(tables.cells))?;
+        require(Field::Cells, 0, count(tables.cells))?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::error::VerifyError;
 use super::header::{MAX_WORDS, at_most, count, require};
 use crate::blob::{ActionKind, Header, InitialValues, MemoryModel};
 use crate::isa::{Destination, Group, Op, Operand, REGISTERS, SLOTS};
+use crate::parts::{CodeField, Field, Table};
 use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables, Target, TeamId, span};
 
@@ -24,7 +25,7 @@ pub(super) fn check_programs(header: &Header, tables: &Tables<'_>) -> Result<usi
             && has_constants(header, tables, program.constants_start, words);
         if !in_place {
             return Err(VerifyError::Record {
-                table: "programs",
+                table: Table::Programs,
                 index: u32::from(number),
             });
         }
@@ -44,9 +45,9 @@ pub(super) fn check_programs(header: &Header, tables: &Tables<'_>) -> Result<usi
         check_code(header, tables, &program, number)?;
         state += words;
         code += u32::from(program.code_len);
-        at_most("words", MAX_WORDS, state as u32)?;
+        at_most(Field::Words, MAX_WORDS, state as u32)?;
     }
-    require("instructions", code, count(tables.code))?;
+    require(Field::Instructions, code, count(tables.code))?;
     Ok(state)
 }
 
@@ -120,8 +121,8 @@ impl Operands {
         match kind {
             Destination::None => at == 0,
             Destination::S | Destination::SUpdate => self.is_scalar(at),
-            Destination::V => self.is_vector(at),
-            Destination::M => self.is_matrix(at),
+            Destination::V | Destination::VUpdate => self.is_vector(at),
+            Destination::M | Destination::MUpdate => self.is_matrix(at),
         }
     }
 
@@ -168,13 +169,13 @@ fn check_code(
         let instruction_number = index as u16;
         let Some(instruction) = Instruction::from_bytes(bytes) else {
             return Err(VerifyError::Record {
-                table: "code",
+                table: Table::Code,
                 index: program.code_start + u32::from(instruction_number),
             });
         };
         if instruction.to_bytes() != *bytes {
             return Err(VerifyError::Record {
-                table: "code",
+                table: Table::Code,
                 index: program.code_start + u32::from(instruction_number),
             });
         }
@@ -197,13 +198,22 @@ fn check_code(
         let [a, b] = op.operands();
         let fields = [
             (
-                'd',
+                CodeField::D,
                 operands.is_destination(op.destination(), usize::from(instruction.d)),
             ),
-            ('a', operands.is_source(a, usize::from(instruction.a))),
-            ('b', operands.is_source(b, usize::from(instruction.b))),
+            (
+                CodeField::A,
+                operands.is_source(a, usize::from(instruction.a)),
+            ),
+            (
+                CodeField::B,
+                operands.is_source(b, usize::from(instruction.b)),
+            ),
             // A write to indexed memory stores scalar register c in column c, so the program must have all of them.
-            ('d', op != Op::MemWrite || usize::from(scalars) == REGISTERS),
+            (
+                CodeField::D,
+                op != Op::MemWrite || usize::from(scalars) == REGISTERS,
+            ),
         ];
         if let Some((field, _)) = fields.iter().find(|(_, right)| !right) {
             return Err(VerifyError::Operand {

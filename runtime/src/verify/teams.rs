@@ -5,6 +5,7 @@ use super::header::{MAX_WORDS, at_most, count, require};
 use super::programs::{has_constants, within};
 use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::isa::{Destination, INDEXED_CELLS, Op, Section};
+use crate::parts::{CodeField, Field, Table};
 use crate::tables::{Instruction, Program, ProgramId, Tables, Target, Team, TeamId, span};
 
 /// Checks team memory and the cells of indexed memory, which follow the programs' registers in the state.
@@ -29,38 +30,38 @@ pub(super) fn check_memory(
             && has_constants(header, tables, team.constants_start, words);
         if !in_place {
             return Err(VerifyError::Record {
-                table: "teams",
+                table: Table::Teams,
                 index: index as u32,
             });
         }
         members += u32::from(team.members_len);
         state += words;
         streams += team.streams();
-        at_most("words", MAX_WORDS, state as u32)?;
+        at_most(Field::Words, MAX_WORDS, state as u32)?;
     }
-    require("members", members, count(tables.members))?;
-    require("streams", streams as u32, u32::from(header.streams))?;
+    require(Field::Members, members, count(tables.members))?;
+    require(Field::Streams, streams as u32, u32::from(header.streams))?;
     let mut previous = None;
     for (index, bytes) in tables.cells.iter().enumerate() {
         let cell = u16::from_le_bytes(*bytes);
         let ascending = previous.is_none_or(|p| cell > p);
         if !ascending || usize::from(cell) >= INDEXED_CELLS {
             return Err(VerifyError::Record {
-                table: "cells",
+                table: Table::Cells,
                 index: index as u32,
             });
         }
         previous = Some(cell);
     }
     let cells = (state, state + tables.cells.len());
-    at_most("words", MAX_WORDS, cells.1 as u32)?;
+    at_most(Field::Words, MAX_WORDS, cells.1 as u32)?;
     for (index, bytes) in tables.code.iter().enumerate() {
         if let Some(i) = Instruction::from_bytes(bytes)
             && i.op == Op::MemRead
             && !within(cells, usize::from(i.a))
         {
             return Err(VerifyError::Record {
-                table: "code",
+                table: Table::Code,
                 index: index as u32,
             });
         }
@@ -177,6 +178,6 @@ fn slot_not_kept(tables: &Tables<'_>, team: &Team, member: u16) -> VerifyError {
     VerifyError::Operand {
         program: member,
         instruction: instruction.map_or(0, |(index, ..)| index),
-        field: 'a',
+        field: CodeField::A,
     }
 }

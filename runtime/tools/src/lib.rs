@@ -2,12 +2,14 @@
 //!
 //! | module | what it produces from a policy |
 //! |---|---|
+//! | [`convert`](mod@convert) | the same policy in the newest version of the file format |
 //! | [`cut`](mod@cut) | a smaller policy, of some of its programs |
 //! | [`disassemble`] | its programs as text and its graph as a drawing |
 //! | [`export`] | Rust or C source code that makes the same decisions |
 //! | [`footprint`] | its flash, RAM, stack and instructions on a board |
 //! | [`signature`] | a signed file, and the keys for it |
 
+pub mod convert;
 pub mod cut;
 pub mod disassemble;
 pub mod export;

@@ -9,12 +9,11 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use tpg_sim_bridge::hil::{self, HilArgs};
 use tpg_tasks::console::report;
-use tpg_tasks::exit_status::Status;
 
 fn main() -> ExitCode {
     let forwarded: Vec<OsString> = std::env::args_os().skip(1).collect();
-    match hil::run(HilArgs::parse(), &forwarded) {
-        Ok(()) => Status::Fine.into(),
+    match hil::run(&HilArgs::parse(), &forwarded) {
+        Ok(status) => status.into(),
         Err(failure) => report(&failure),
     }
 }

@@ -3,17 +3,15 @@
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use tpg_runtime::wire::{self, Answer, Frame, Identity, OVERHEAD, PROTOCOL, Receiver, Request};
+use tpg_runtime::wire::{self, Answer, Frame, Identity, PROTOCOL, Receiver, Request};
 use tpg_runtime::{Header, Policy};
 
 use super::port::{Port, SerialPath};
+use crate::conversation::FRAME;
 use crate::error::BridgeError;
 use crate::interrupt;
-use crate::message::MAX_OBSERVATION;
-use crate::transport::Losses;
+use crate::losses::Losses;
 
-/// Bytes of the longest frame.
-const FRAME: usize = 4 * MAX_OBSERVATION + OVERHEAD;
 /// Time without an answer after which a request is sent again.
 const RESEND_AFTER: Duration = Duration::from_millis(250);
 /// Most reads in one look for answers. More may lie on the line, but whoever waits must see to its deadline first.
@@ -31,7 +29,7 @@ pub struct Line {
     timeout: Duration,
     receiver: Receiver<FRAME>,
     /// Bytes that were read but not looked at yet.
-    read: [u8; 256],
+    read: [u8; FRAME],
     unread: std::ops::Range<usize>,
     /// The last request, as sent.
     frame: [u8; FRAME],
@@ -55,7 +53,7 @@ impl Line {
             path: place.path.clone(),
             timeout,
             receiver: Receiver::new(),
-            read: [0; 256],
+            read: [0; FRAME],
             unread: 0..0,
             frame: [0; FRAME],
             frame_len: 0,
@@ -104,7 +102,8 @@ impl Line {
         Err(BridgeError::OtherBoard {
             path: self.path.clone(),
             difference: format!("policy is {} here, {} there", name(&ours), name(&theirs)),
-            advice: "send it the new policy by `tpg update FILE.tpg`, or give tpg the file that the board runs",
+            advice: "send it the new policy by `tpg update FILE.tpg`, give tpg the file that the board runs, or take any \
+                 controller by --any-controller",
         })
     }
 

@@ -8,10 +8,11 @@ use tpg_runtime::wire::{Answer, Request as Wire};
 use super::line::{Line, fits};
 use super::port::SerialPath;
 use crate::error::BridgeError;
+use crate::losses::Losses;
 use crate::message::{
     ActionMessage, MAX_ACTION, MAX_OBSERVATION, ObservationMessage, Request, Response,
 };
-use crate::transport::{Losses, Transport};
+use crate::transport::Transport;
 
 /// A board as the controller of a loop.
 #[derive(Debug)]
@@ -37,13 +38,29 @@ impl SerialLink {
         fits(policy.header())?;
         let mut line = Line::open(place, timeout)?;
         line.greet_for(policy, file)?;
-        Ok(SerialLink {
+        Ok(Self::over(line))
+    }
+
+    /// Opens a line to whoever speaks the protocol, for observations and actions as this policy has them.
+    pub(crate) fn connect_any(
+        policy: &Policy<'_>,
+        place: &SerialPath,
+        timeout: Duration,
+    ) -> Result<Self, BridgeError> {
+        fits(policy.header())?;
+        let mut line = Line::open(place, timeout)?;
+        line.greet()?;
+        Ok(Self::over(line))
+    }
+
+    fn over(line: Line) -> Self {
+        SerialLink {
             base: line.seq(),
             line,
             real_time: false,
             farewell: None,
             values: Box::new([0; 4 * MAX_OBSERVATION]),
-        })
+        }
     }
 
     /// What to make of an answer; `None` if it is of no interest.

@@ -1,7 +1,8 @@
-//! A tty or a Unix socket, read without waiting.
+//! A tty, a Unix socket or a UDP port, read without waiting.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
+use std::net::{ToSocketAddrs as _, UdpSocket};
 use std::os::unix::fs::FileTypeExt as _;
 use std::os::unix::net::UnixStream;
 use std::str::FromStr;
@@ -13,35 +14,51 @@ use crate::error::BridgeError;
 /// Bits per second of a tty by default.
 const RATE: u32 = 115_200;
 
-/// Where a controller is: `serial:PATH` or `serial:PATH@RATE`.
+/// What lies between here and a controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Medium {
+    /// A tty with this many bits per second, or a Unix socket, which ignores them.
+    Serial {
+        /// Bits per second.
+        rate: u32,
+    },
+    /// UDP, one frame in a datagram.
+    Udp,
+}
+
+/// Where a controller is: `serial:PATH`, `serial:PATH@RATE` or `udp:HOST:PORT`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SerialPath {
-    /// A tty, or a Unix socket such as that of an emulator's serial line.
+    /// A tty, a Unix socket such as that of an emulator's serial line, or host and port.
     pub path: String,
-    /// Bits per second; ignored for a socket.
-    pub rate: u32,
+    /// What leads there.
+    pub medium: Medium,
 }
 
 impl FromStr for SerialPath {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let place = text
-            .strip_prefix("serial:")
-            .filter(|place| !place.is_empty());
-        let place = place.ok_or_else(|| {
-            format!("{text:?} is not a controller: use serial:PATH, such as serial:/dev/ttyACM0")
-        })?;
-        let (path, rate) = match place.rsplit_once('@') {
-            Some((path, rate)) => match rate.parse() {
-                Ok(rate) if rate > 0 => (path, rate),
-                _ => return Err(format!("{rate:?} is not a rate in bits per second")),
+        let nonsense = || {
+            format!(
+                "{text:?} is not a controller: use serial:PATH, such as serial:/dev/ttyACM0, or udp:HOST:PORT"
+            )
+        };
+        let (kind, place) = text.split_once(':').ok_or_else(nonsense)?;
+        let (path, medium) = match kind {
+            "serial" if !place.is_empty() => match place.rsplit_once('@') {
+                Some((path, rate)) => match rate.parse() {
+                    Ok(rate) if rate > 0 => (path, Medium::Serial { rate }),
+                    _ => return Err(format!("{rate:?} is not a rate in bits per second")),
+                },
+                None => (place, Medium::Serial { rate: RATE }),
             },
-            None => (place, RATE),
+            "udp" if place.contains(':') => (place, Medium::Udp),
+            _ => return Err(nonsense()),
         };
         Ok(SerialPath {
             path: path.to_owned(),
-            rate,
+            medium,
         })
     }
 }
@@ -54,6 +71,52 @@ impl fmt::Display for SerialPath {
 
 trait Stream: Read + Write + Send {}
 impl<T: Read + Write + Send> Stream for T {}
+
+/// A UDP port as a stream of whole frames. What finds nobody is lost, as on any line.
+struct Datagrams(UdpSocket);
+
+impl Datagrams {
+    fn open(place: &str) -> io::Result<Self> {
+        let address = place.to_socket_addrs()?.next();
+        let address = address.ok_or_else(|| io::Error::from(ErrorKind::AddrNotAvailable))?;
+        let here = if address.is_ipv4() {
+            "0.0.0.0:0"
+        } else {
+            "[::]:0"
+        };
+        let socket = UdpSocket::bind(here)?;
+        socket.connect(address)?;
+        socket.set_nonblocking(true)?;
+        Ok(Datagrams(socket))
+    }
+}
+
+impl Read for Datagrams {
+    /// Reads a datagram; one without bytes is nothing, not the end.
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.0.recv(buffer) {
+            Ok(0) => Err(ErrorKind::WouldBlock.into()),
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => {
+                Err(ErrorKind::WouldBlock.into())
+            }
+            received => received,
+        }
+    }
+}
+
+impl Write for Datagrams {
+    fn write(&mut self, frame: &[u8]) -> io::Result<usize> {
+        match self.0.send(frame) {
+            // An earlier datagram found nobody, which is told now.
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => Ok(frame.len()),
+            sent => sent,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
 
 /// An open line.
 pub(super) struct Port {
@@ -73,16 +136,23 @@ impl Port {
             path: place.path.clone(),
             source,
         };
-        let file_type = std::fs::metadata(&place.path).map_err(cannot)?.file_type();
-        let stream: Box<dyn Stream> = if file_type.is_socket() {
-            let stream = UnixStream::connect(&place.path).map_err(cannot)?;
-            stream.set_nonblocking(true).map_err(cannot)?;
-            Box::new(stream)
-        } else {
-            let port = serialport::new(&place.path, place.rate)
-                .timeout(Duration::ZERO)
-                .open_native();
-            Box::new(port.map_err(|error| cannot(error.into()))?)
+        let is_socket = || {
+            let metadata = std::fs::metadata(&place.path).map_err(cannot)?;
+            Ok::<_, BridgeError>(metadata.file_type().is_socket())
+        };
+        let stream: Box<dyn Stream> = match place.medium {
+            Medium::Udp => Box::new(Datagrams::open(&place.path).map_err(cannot)?),
+            Medium::Serial { .. } if is_socket()? => {
+                let stream = UnixStream::connect(&place.path).map_err(cannot)?;
+                stream.set_nonblocking(true).map_err(cannot)?;
+                Box::new(stream)
+            }
+            Medium::Serial { rate } => {
+                let port = serialport::new(&place.path, rate)
+                    .timeout(Duration::ZERO)
+                    .open_native();
+                Box::new(port.map_err(|error| cannot(error.into()))?)
+            }
         };
         Ok(Port {
             stream,
@@ -139,11 +209,28 @@ mod tests {
 
     #[test]
     fn places_are_read_and_nonsense_is_named() {
-        let place: SerialPath = "serial:/dev/ttyACM0".parse().unwrap();
-        assert_eq!((place.path.as_str(), place.rate), ("/dev/ttyACM0", RATE));
-        let place: SerialPath = "serial:/dev/ttyS1@921600".parse().unwrap();
-        assert_eq!((place.path.as_str(), place.rate), ("/dev/ttyS1", 921_600));
-        for nonsense in ["", "serial:", "/dev/ttyACM0", "serial:/dev/ttyS1@fast"] {
+        let read = |text: &str| {
+            let place: SerialPath = text.parse()?;
+            Ok::<_, String>((place.path, place.medium))
+        };
+        let serial = |path: &str, rate| Ok((path.to_owned(), Medium::Serial { rate }));
+        assert_eq!(read("serial:/dev/ttyACM0"), serial("/dev/ttyACM0", RATE));
+        assert_eq!(
+            read("serial:/dev/ttyS1@921600"),
+            serial("/dev/ttyS1", 921_600)
+        );
+        assert_eq!(
+            read("udp:[::1]:7000"),
+            Ok(("[::1]:7000".to_owned(), Medium::Udp))
+        );
+        for nonsense in [
+            "",
+            "serial:",
+            "/dev/ttyACM0",
+            "serial:/dev/ttyS1@fast",
+            "udp:7000",
+            "udp:",
+        ] {
             assert!(nonsense.parse::<SerialPath>().is_err(), "{nonsense}");
         }
     }

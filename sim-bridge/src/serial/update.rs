@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use tpg_runtime::Policy;
-use tpg_runtime::isa::FINGERPRINT;
+use tpg_runtime::isa::{EDITIONS, Edition};
 use tpg_runtime::wire::{self, Answer, Identity, Refusal, Request, Signed, SlotState, Stored};
 
 use super::contract::{self, Contract};
@@ -127,11 +127,29 @@ impl Updater {
             ));
         }
         let theirs = self.before.instruction_set;
-        if theirs != FINGERPRINT {
-            return Err(self.line.other(
-                format!("instruction set is {FINGERPRINT:08x} here, {theirs:08x} there"),
-                "build the firmware from the same version as tpg",
-            ));
+        let needed = Edition::of_groups(policy.header().groups);
+        match Edition::find(theirs) {
+            // A later edition has all operations of the ones before.
+            Some(known) if known.operations >= needed.operations => {}
+            Some(_) => {
+                return Err(self.line.other(
+                    format!(
+                        "file needs instruction set {:08x}, the board has {theirs:08x}",
+                        needed.fingerprint
+                    ),
+                    "update its firmware",
+                ));
+            }
+            None => {
+                let [.., newest] = EDITIONS;
+                return Err(self.line.other(
+                    format!(
+                        "instruction set is {:08x} here, {theirs:08x} there",
+                        newest.fingerprint
+                    ),
+                    "build the firmware from the same version as tpg",
+                ));
+            }
         }
         let (there, here) = (self.contract()?, contract::bytes_of(policy));
         if there == here {

@@ -67,7 +67,7 @@ pub fn policy(data: &[u8]) {
         streams: &mut streams,
     };
     let mut twin: SliceAgent<'_, '_, AnyWidth> =
-        SliceAgent::new(policy, slices).expect("as much as it needs");
+        SliceAgent::new_in(policy, slices).expect("as much as it needs");
     let values: Vec<f32> = observed
         .chunks_exact(4)
         .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))

@@ -3,7 +3,7 @@
 use tpg_board::serial::{Rules, Session};
 use tpg_board::sim::SimFlash;
 use tpg_runtime::wire::{self, Answer, Frame, Receiver, Request, contract_of};
-use tpg_runtime::{Agent, Fixed, Policy};
+use tpg_runtime::{Agent, Fixed, Policy, State};
 use tpg_test_policies::old_format::mend;
 
 use super::BUILT_IN;
@@ -11,7 +11,7 @@ use super::BUILT_IN;
 const FRAME: usize = 1024;
 const FLASH: usize = 2048;
 
-type Roomy = Agent<'static, Fixed<11>, 4096, 64, 16, 48>;
+type Roomy = Agent<'static, Fixed<11>, State<4096, 64, 16, 48>>;
 
 /// Any bytes on the line, and as an undamaged frame. What is understood is the same when it is written again.
 ///

@@ -5,7 +5,7 @@ use tpg_runtime::blob::MemoryModel;
 use tpg_runtime::isa::{Destination, Op, Operand};
 use tpg_runtime::rng::{Pcg32, mix64};
 use tpg_runtime::tables::{Instruction, Target, TeamId};
-use tpg_runtime::{Action, Agent, AnyWidth, Header, Policy, Reset};
+use tpg_runtime::{Action, Agent, AnyWidth, Header, Policy, Reset, State};
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
 
@@ -126,7 +126,8 @@ pub fn typical_graph(
     for seed in 1.. {
         let bytes = scalar_graph(mix, teams, seed, stateful).encode();
         let policy = Policy::load(&bytes).expect("a well-formed policy");
-        let mut agent: Agent<'_, AnyWidth, 2048, 256, 64, 4> = Agent::new(policy).expect("room");
+        let mut agent: Agent<'_, AnyWidth, State<2048, 256, 64, 4>> =
+            Agent::new(policy).expect("room");
         agent.reset(Reset::Agent, 1);
         let (mut visited, mut instructions, mut second) = (0.0, 0.0, 0);
         for observation in observations {
@@ -192,8 +193,8 @@ fn destination(op: Op) -> Operand {
     match op.destination() {
         Destination::None => Operand::None,
         Destination::S | Destination::SUpdate => Operand::S,
-        Destination::V => Operand::V,
-        Destination::M => Operand::M,
+        Destination::V | Destination::VUpdate => Operand::V,
+        Destination::M | Destination::MUpdate => Operand::M,
     }
 }
 

@@ -4,12 +4,12 @@
 use tpg_board::serial::{GOOD_PERIODS, Rules, Session};
 use tpg_board::sim::SimFlash;
 use tpg_runtime::wire::{self, Answer, Frame, Identity, Receiver, Refusal, Request, Stored};
-use tpg_runtime::{Agent, Fixed, Header, Policy};
+use tpg_runtime::{Agent, Fixed, Header, Policy, State};
 
 pub const BUILT_IN: &[u8] = include_bytes!("../../golden/champions/hopper-sr-sm-b23.tpg");
 const FRAME: usize = 1024;
 
-type Roomy = Agent<'static, Fixed<11>, 4096, 64, 16, 48>;
+type Roomy = Agent<'static, Fixed<11>, State<4096, 64, 16, 48>>;
 
 /// A board between two power cuts: the firmware's own session over simulated flash.
 pub struct Board {

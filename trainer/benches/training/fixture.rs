@@ -1,7 +1,7 @@
 //! A population of known size: every instruction of it can influence an action.
 
 use tpg_runtime::Policy;
-use tpg_runtime::isa::{Destination, Group, Op, Operand};
+use tpg_runtime::isa::{Group, Op, Operand};
 use tpg_runtime::tables::Section;
 use tpg_tasks::task::Rng;
 use tpg_trainer::config::{Config, Settings};
@@ -145,7 +145,7 @@ impl<'a> Code<'a> {
         };
         let [a, b] = kinds.map(&mut source);
         if let Some(section) = written(op)
-            && op.destination() != Destination::SUpdate
+            && !op.destination().is_update()
         {
             self.live[section as usize] &= !(1 << destination);
         }
@@ -180,12 +180,7 @@ fn pick(set: u8, rng: &mut Rng) -> u8 {
 }
 
 fn written(op: Op) -> Option<Section> {
-    match op.destination() {
-        Destination::None => None,
-        Destination::S | Destination::SUpdate => Some(Section::Scalar),
-        Destination::V => Some(Section::Vector),
-        Destination::M => Some(Section::Matrix),
-    }
+    op.destination().section()
 }
 
 fn read(kind: Operand, source: Source) -> Option<Section> {

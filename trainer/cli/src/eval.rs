@@ -19,11 +19,14 @@ use tpg_tasks::trace::{Header, RecordError, TracingController};
 use tpg_tasks::view::view;
 use tpg_tools::cut::cut;
 
+use crate::health::Health;
+
 /// Arguments of `tpg eval`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     tpg eval champion.tpg --episodes 100 --baselines\n  \
     tpg eval champion.tpg --episodes 100 --ablate memory\n  \
+    tpg eval champion.tpg --health --disturb \"at 2s stuck:3 for 5s\"\n  \
     tpg eval champion.tpg --episodes 1000 --most-used-program cut.tpg\n  \
     tpg eval champion.tpg --episodes 5 --view champion.html")]
 pub(crate) struct Args {
@@ -43,6 +46,9 @@ pub(crate) struct Args {
     /// Score once more with nothing but the program that acts most often, and write that policy to a file.
     #[arg(long, value_name = "FILE")]
     most_used_program: Option<PathBuf>,
+    /// Compare what the sensors show with what the policy's own model expects, and name suspect channels.
+    #[arg(long)]
+    health: bool,
     /// Record every decision to a file, for `tpg replay`.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -108,6 +114,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     let cut = args.most_used_program.as_deref();
     let cut = cut.map(|file| cut_to_most_used(&setup, file)).transpose()?;
     let cut = cut.map(|(used, returns)| (used, Comparison::new(&report.returns, returns)));
+    let health = (args.health)
+        .then(|| Health::of(&setup, host_agent(&setup.blob, &setup.file)?))
+        .transpose()?;
     let baselines = if args.baselines {
         baselines(&setup)?
     } else {
@@ -127,6 +136,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
             value["most_used_program"] = comparison.json();
             value["most_used_program"]["share"] = used.share.into();
         }
+        if let Some(health) = &health {
+            value["health"] = health.json();
+        }
         print_json(&value)?;
     } else {
         print(report)?;
@@ -139,6 +151,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
             print(format_args!(
                 "               acts in {percent:.1} % of the decisions"
             ))?;
+        }
+        if let Some(health) = &health {
+            print(health.text())?;
         }
         for (name, returns) in &baselines {
             let [low, high] = stats::bootstrap_mean_95(returns);

@@ -1,4 +1,4 @@
-//! `tpg hil` and `tpg update`: programs of the bridge, started as subcommands, so that `tpg` need not depend on it.
+//! `tpg hil`, `tpg bench` and `tpg update`: programs of the bridge, started as subcommands, so that `tpg` need not depend on it.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

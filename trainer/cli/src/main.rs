@@ -3,11 +3,13 @@
 // These macros panic where the output is closed; `console` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+mod convert;
 mod eval;
 mod experiment;
 mod export;
 mod external;
 mod footprint;
+mod health;
 mod inspect;
 mod interrupt;
 mod keygen;
@@ -43,10 +45,14 @@ enum Verb {
     Eval(eval::Args),
     /// Score a policy in the loop: simulator and controller as two processes.
     Hil(external::Args),
+    /// Run the loops of a bench file: policies, scenarios, requirements; with a summary and JUnit XML.
+    Bench(external::Args),
     /// Give a board a new policy over its serial line, without flashing it anew, or take one back.
     Update(external::Args),
     /// Make a pair of keys for signed policies.
     Keygen(keygen::Args),
+    /// Write a policy of an older format version in the newest one.
+    Convert(convert::Args),
     /// Sign a policy, or verify its signature.
     Sign(sign::Args),
     /// Say what an exported policy contains and needs.
@@ -68,8 +74,10 @@ fn main() -> ExitCode {
         Verb::Train(args) => train::run(args),
         Verb::Eval(args) => eval::run(args),
         Verb::Hil(args) => external::run("tpg-hil", &args),
+        Verb::Bench(args) => external::run("tpg-bench", &args),
         Verb::Update(args) => external::run("tpg-update", &args),
         Verb::Keygen(args) => keygen::run(&args),
+        Verb::Convert(args) => convert::run(&args),
         Verb::Sign(args) => sign::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Export(args) => export::run(&args),

@@ -62,7 +62,7 @@ impl Agent {
                 visited: &mut state.visited,
                 streams: &mut state.streams,
             };
-            SliceAgent::new(policy, slices).map_err(|error| error.to_string())
+            SliceAgent::new_in(policy, slices).map_err(|error| error.to_string())
         })?;
         Ok(Agent(cell))
     }

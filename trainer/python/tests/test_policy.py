@@ -7,7 +7,7 @@ import subprocess
 import gymnasium
 import numpy as np
 import pytest
-from conftest import CHAMPIONS, act_all, champion_of, observations
+from conftest import CHAMPIONS, ROOT, act_all, champion_of, observations
 
 import tpg
 
@@ -180,6 +180,25 @@ def test_numbers_that_are_not_finite_have_the_runtimes_meaning():
     assert same_bits(act_all(policy, rows.astype(np.float64)), expected)
     # A float64 that float32 cannot hold is one of them.
     assert same_bits(act_all(policy, np.where(np.isinf(rows), 1e300, rows.astype(np.float64))), expected)
+
+
+@pytest.mark.parametrize("name", ["standardised", "held", "believed", "believed-cubic"])
+def test_missing_values_are_filled_in_as_the_runtime_does(name):
+    policy = tpg.Policy(ROOT / "tests" / "golden" / "v3" / f"{name}.tpg")
+    seen = observations(policy, 400)
+    rows = seen.copy()
+    missing = np.random.default_rng(1).random(rows.shape) < 0.3
+    rows[missing] = np.nan
+    rows[::7] = np.nan
+    expected = policy._replay(rows, 1)
+    assert np.isfinite(expected).all()
+    assert same_bits(act_all(policy, rows), expected)
+    assert same_bits(act_all(policy, rows.astype(np.float64)), expected)
+    policy.reset_batch([1, 1])
+    batched = np.array([policy.act_batch(np.stack([row, row])) for row in rows])
+    assert same_bits(batched[:, 0], expected) and same_bits(batched[:, 1], expected)
+    # Missing is not zero.
+    assert not same_bits(act_all(policy, np.where(np.isnan(rows), np.float32(0), rows)), expected)
 
 
 def test_files_that_are_no_policies_are_refused(tmp_path):

@@ -37,6 +37,8 @@ const STRATEGIES: &[Part] = variants!("original" "per-generation" "per-agent" "p
     "on-fall" "evolved-resets" "per-episode-uniform" "per-episode-exchanged");
 /// What is measured against beyond the thesis (docs/learning.md).
 const BASELINES: &[Part] = variants!("linear");
+/// What pays on tasks that cannot be solved without memory (docs/memory.md).
+const MEMORY: &[Part] = variants!("memory");
 /// What pays on robots that no preset knows (docs/learning.md).
 const CHAMPION: Part = ("champion", file!("variants", "champion"));
 /// What it has besides where observations are blank.
@@ -51,6 +53,8 @@ struct TaskRow {
     /// Which of the defaults it overrides.
     settings: &'static str,
     variants: &'static [&'static [Part]],
+    /// Variants that have no presets with blackouts.
+    plain: &'static [Part],
     /// Settings of its champion (docs/learning.md), by the suffix of the observability for which it is tuned.
     champions: &'static [Part],
 }
@@ -62,6 +66,7 @@ macro_rules! classic {
             task: concat!($name, "-v1"),
             settings: file!("tasks", $name),
             variants: &[VARIANTS, FURTHER, STRATEGIES, BASELINES],
+            plain: &[],
             champions: &[("", file!("champions", $name))],
         }
     };
@@ -74,10 +79,24 @@ macro_rules! robot {
             task: $task,
             settings: $settings,
             variants: $variants,
+            plain: &[],
             champions: &[
                 ("", file!("champions", $champion)),
                 $(("-b23", file!("champions", $blackout)),)?
             ],
+        }
+    };
+}
+
+/// A task that cannot be solved without memory.
+macro_rules! memory {
+    ($name:literal) => {
+        TaskRow {
+            task: concat!($name, "-v1"),
+            settings: "",
+            variants: &[],
+            plain: MEMORY,
+            champions: &[],
         }
     };
 }
@@ -108,9 +127,21 @@ const TASKS: &[TaskRow] = &[
     robot!("ant-v5", "", OTHERS, "ant"),
     robot!("humanoid-v5", "", OTHERS, "humanoid"),
     robot!("humanoid-standup-v5", "", OTHERS, "humanoid"),
+    memory!("tmaze"),
+    memory!("noisy-tmaze"),
+    memory!("memory-len"),
+    memory!("memory-size"),
+    memory!("repeat-first"),
+    memory!("repeat-previous"),
+    memory!("autoencode"),
+    memory!("count-recall"),
+    memory!("position-only-cartpole"),
+    memory!("position-only-pendulum"),
+    memory!("noisy-position-only-cartpole"),
+    memory!("noisy-position-only-pendulum"),
 ];
 
-/// A named configuration, `<task>-<variant>[-b23|-b13]` or `<task>-champion[-b23]`, or `<variant>[-b23|-b13]` and
+/// A named configuration, `<task>-<variant>[-b23|-b13]`, `<task>-champion[-b23]` or `<task>-memory`, or `<variant>[-b23|-b13]` and
 /// `champion[-b23|-b13]` for a task that the user names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preset {
@@ -118,7 +149,7 @@ pub struct Preset {
     pub name: String,
     /// Bare name of the task; empty for one that the user names.
     pub task: &'static str,
-    /// Name of the variant (T Tab 3.1), `linear` or `champion`.
+    /// Name of the variant (T Tab 3.1), `linear`, `memory` or `champion`.
     pub variant: &'static str,
     /// What the policy sees, in canonical form.
     pub observability: String,
@@ -135,7 +166,7 @@ impl Preset {
     /// [`ConfigError::UnknownPreset`] with the nearest name.
     pub fn find(name: &str) -> Result<Self, ConfigError> {
         let mut all = presets()?;
-        for (variant, file) in [VARIANTS, FURTHER, STRATEGIES, BASELINES].concat() {
+        for (variant, file) in [VARIANTS, FURTHER, STRATEGIES, BASELINES, MEMORY].concat() {
             all.extend(blackouts("", None, variant, file)?);
         }
         for mut preset in blackouts("", None, CHAMPION.0, CHAMPION.1)? {
@@ -175,6 +206,10 @@ pub fn presets() -> Result<Vec<Preset>, ConfigError> {
         task_layer.insert("task".into(), row.task.into());
         for (variant, file) in row.variants.concat() {
             presets.extend(blackouts(name, Some(&task_layer), variant, file)?);
+        }
+        for (variant, file) in row.plain {
+            let all = blackouts(name, Some(&task_layer), variant, file)?;
+            presets.extend(all.into_iter().take(1));
         }
         for (suffix, file) in row.champions {
             let all = blackouts(name, Some(&task_layer), CHAMPION.0, file)?;

@@ -132,6 +132,7 @@ impl Settings {
                 register_mode: policy_spec.register_mode,
                 team_memory: policy_spec.memory_model == MemoryModel::Team,
                 reset_rules: policy.reset_scope == Resets::Evolved,
+                copies: config.evolution.program.copies,
             },
             policy_spec,
             observability,

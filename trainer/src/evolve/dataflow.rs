@@ -1,6 +1,6 @@
 //! Which registers and slots of memory code reads and writes, and which of its instructions can matter.
 
-use tpg_runtime::isa::{Destination, Group, Op, Operand};
+use tpg_runtime::isa::{Group, Op, Operand};
 use tpg_runtime::tables::Section;
 
 use super::{Instruction, Registers, Source};
@@ -59,12 +59,7 @@ pub(crate) fn register_read(kind: Operand, source: &Source) -> Option<(Section, 
 
 /// The kind of register that an instruction writes, if it writes one.
 pub(crate) fn register_written(op: Op) -> Option<Section> {
-    match op.destination() {
-        Destination::None => None,
-        Destination::S | Destination::SUpdate => Some(Section::Scalar),
-        Destination::V => Some(Section::Vector),
-        Destination::M => Some(Section::Matrix),
-    }
+    op.destination().section()
 }
 
 /// The section of team memory that an instruction reads, with its slot.
@@ -150,7 +145,7 @@ fn pass(instruction: &Instruction, demand: &Demand, live: &mut Registers) -> boo
         return false;
     }
     if let Some((section, register)) = written
-        && op.destination() != Destination::SUpdate
+        && !op.destination().is_update()
     {
         live.remove(section, register);
     }
@@ -211,8 +206,39 @@ mod tests {
 
     #[test]
     fn the_conditional_reads_what_it_may_leave() {
-        let code = [scalar(Op::Add, 0, 1, 2), scalar(Op::Cond, 0, 3, 4)];
-        assert_eq!(effective(&code, &demand(false)), [true, true]);
+        for op in [Op::Cond, Op::Latch] {
+            let code = [scalar(Op::Add, 0, 1, 2), scalar(op, 0, 3, 4)];
+            assert_eq!(effective(&code, &demand(false)), [true, true]);
+        }
+    }
+
+    #[test]
+    fn a_latch_keeps_its_register_alive_and_a_move_does_not() {
+        let wide = |op, destination, a, b| Instruction {
+            op,
+            destination,
+            a: Source::register(a),
+            b: Source::register(b),
+        };
+        // v1 = v2 .* v2; if s1 > 0: v1 = v3; s0 = norm(v1).
+        let mut code = [
+            wide(Op::VMul, 1, 2, 2),
+            wide(Op::VLatch, 1, 1, 3),
+            wide(Op::VNorm, 0, 1, 0),
+        ];
+        assert_eq!(effective(&code, &demand(false)), [true, true, true]);
+        assert_eq!(
+            initial_registers(&code, &demand(false)).0,
+            [0b10, 0b1100, 0]
+        );
+        code[1] = wide(Op::VMove, 1, 3, 0);
+        assert_eq!(effective(&code, &demand(false)), [false, true, true]);
+        assert_eq!(initial_registers(&code, &demand(false)).0, [0, 0b1000, 0]);
+        // A latch into m0 from itself, read in the next run alone.
+        let code = [wide(Op::MMean, 0, 0, 0), wide(Op::MLatch, 0, 1, 2)];
+        assert_eq!(effective(&code, &demand(false)), [true, false]);
+        assert_eq!(effective(&code, &demand(true)), [true, true]);
+        assert_eq!(initial_registers(&code, &demand(true)).0, [0b10, 0, 0b101]);
     }
 
     #[test]

@@ -10,8 +10,13 @@ impl Genes {
     /// The registers of a program with this code that have constants: those whose initial values can matter.
     #[must_use]
     pub fn initial_registers(&self, code: &[Instruction]) -> Registers {
+        initial_registers(code, &self.demand())
+    }
+
+    /// What may depend on a program, wherever it leads and whatever other programs read.
+    pub(super) fn demand(&self) -> Demand {
         let stateful = self.register_mode == RegisterMode::Stateful;
-        initial_registers(code, &Demand::all(self.shape.results(), stateful))
+        Demand::all(self.shape.results(), stateful)
     }
 
     /// The constants of a new program with this code, U[−1, 1]; none in a run without.

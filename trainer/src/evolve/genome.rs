@@ -142,6 +142,8 @@ pub struct Genes {
     pub team_memory: bool,
     /// Whether agents evolve when they are reset.
     pub reset_rules: bool,
+    /// Probability that a random instruction is a move or a latch, where there are any. With 0 they are drawn like all others.
+    pub copies: f64,
 }
 
 impl Genes {
@@ -149,7 +151,15 @@ impl Genes {
     #[must_use]
     pub fn ops_of(groups: &[Group]) -> Vec<Op> {
         let mut ops = Op::ALL.to_vec();
-        ops.retain(|op| groups.contains(&op.group()));
+        ops.retain(|op| {
+            // What copies vectors or matrices is of no use where nothing computes on them.
+            let computed = match op.destination().section() {
+                Some(Section::Vector) => groups.contains(&Group::Vector),
+                Some(Section::Matrix) => groups.contains(&Group::Matrix),
+                _ => true,
+            };
+            groups.contains(&op.group()) && (op.group() != Group::Copies || computed)
+        });
         ops
     }
 }
@@ -262,7 +272,14 @@ impl Instruction {
     /// A random instruction: draws an operation of the run's set, then its registers and operands.
     #[must_use]
     pub fn random(genes: &Genes, rng: &mut Rng) -> Self {
-        let op = genes.ops[rng.below(genes.ops.len() as u64) as usize];
+        // With a rate of zero nothing is drawn, so that runs without it keep their random streams.
+        let copies = genes.ops.iter().filter(|op| op.group() == Group::Copies);
+        let op = if genes.copies > 0.0 && copies.clone().count() > 0 && rng.chance(genes.copies) {
+            let at = rng.below(copies.clone().count() as u64) as usize;
+            *copies.clone().nth(at).unwrap_or(&Op::Move)
+        } else {
+            genes.ops[rng.below(genes.ops.len() as u64) as usize]
+        };
         let [a, b] = op.operands();
         Instruction {
             op,
@@ -376,5 +393,49 @@ impl ResetRule {
             (false, true) => ResetScope::MemoryPerEpisode,
             (true, true) => ResetScope::PerEpisode,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::genes;
+    use super::*;
+
+    #[test]
+    fn copies_are_of_what_is_computed_and_as_frequent_as_they_are_said_to_be() {
+        let mut genes = genes();
+        genes.ops = Genes::ops_of(&[Group::Scalar, Group::Vector, Group::Copies]);
+        let copies = |ops: &[Op]| -> Vec<Op> {
+            let copies = ops.iter().filter(|op| op.group() == Group::Copies);
+            copies.copied().collect()
+        };
+        let four = [Op::Move, Op::Latch, Op::VMove, Op::VLatch];
+        assert_eq!(copies(&genes.ops), four);
+        assert_eq!(
+            copies(&Genes::ops_of(&[Group::Scalar, Group::Copies])),
+            four[..2]
+        );
+        genes.copies = 0.5;
+        let mut rng = Rng::new(2);
+        let drawn: Vec<Op> = (0..4000)
+            .map(|_| Instruction::random(&genes, &mut rng).op)
+            .collect();
+        // Of the other half, 4 of 43 are copies too: 0.547 in all.
+        let share = copies(&drawn).len() as f64 / 4000.0;
+        assert!((share - 0.547).abs() < 0.04, "{share}");
+        for op in four {
+            let count = drawn.iter().filter(|drawn| **drawn == op).count();
+            assert!((400..700).contains(&count), "{op:?}: {count}");
+        }
+        // Without a group of copies the rate has nothing to draw, and draws nothing.
+        genes.ops = Genes::ops_of(&[Group::Scalar]);
+        let mut draws = |copies: f64| -> Vec<Instruction> {
+            let mut rng = Rng::new(3);
+            genes.copies = copies;
+            (0..50)
+                .map(|_| Instruction::random(&genes, &mut rng))
+                .collect()
+        };
+        assert_eq!(draws(0.0), draws(0.5));
     }
 }

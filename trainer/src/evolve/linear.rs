@@ -198,6 +198,7 @@ mod tests {
                     register_mode: RegisterMode::Stateful,
                     team_memory: false,
                     reset_rules: false,
+                    copies: 0.0,
                 };
                 let mut population = Population::default();
                 let root = linear_team(&mut population, &genes, initial, &mut Rng::new(1));

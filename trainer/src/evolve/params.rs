@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Ties;
 use crate::keys::{Key, by_name, is_default, named};
 
 /// Most roots, and most children, of a generation.
@@ -78,6 +79,9 @@ pub struct EvolutionParams {
     pub children: u32,
     /// Teams drawn with replacement for a tournament. The best of them is a parent.
     pub tournament: u32,
+    /// Who is preferred among teams of equal scores, in tournaments and for survival.
+    #[serde(with = "by_name", default, skip_serializing_if = "is_default")]
+    pub ties: Ties,
     /// How teams vary.
     pub team: TeamParams,
     /// How programs vary.
@@ -92,6 +96,7 @@ impl EvolutionParams {
         Key::whole("population", 1, MOST_TEAMS),
         Key::whole("children", 0, MOST_TEAMS),
         Key::whole("tournament", 1, MOST_TEAMS),
+        Key::name::<Ties>("ties"),
         Key::table("team", TeamParams::KEYS),
         Key::table("program", ProgramParams::KEYS),
         Key::table("constants", ConstantParams::KEYS),
@@ -168,6 +173,12 @@ pub struct ProgramParams {
     pub atomic: f64,
     /// Drawing a new observation offset.
     pub offset: f64,
+    /// Whether a program that mutates is mutated again until something about it is different that can matter.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub insist: bool,
+    /// A random instruction is a move or a latch, where the group of these is on. 0: they are drawn like all others.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub copies: f64,
 }
 
 impl ProgramParams {
@@ -181,6 +192,8 @@ impl ProgramParams {
         Key::rate("action"),
         Key::rate("atomic"),
         Key::rate("offset"),
+        Key::flag("insist"),
+        Key::rate("copies"),
     ];
 }
 

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use tpg_runtime::isa::Operand;
+
 use super::genome::{Source, random_atomic};
 use super::{
     Action, Constants, EvolutionParams, Genes, Instruction, Population, Program, ProgramId,
-    ResetRule, Team, TeamId, grow, rank, remember,
+    ResetRule, Team, TeamId, effective, grow, remember,
 };
 use tpg_tasks::task::Rng;
 
@@ -86,7 +88,7 @@ impl Variation<'_> {
         let mut best = draw();
         for _ in 1..self.params.tournament {
             let other = draw();
-            if rank(other, best).is_lt() {
+            if self.params.ties.rank(other, best).is_lt() {
                 best = other;
             }
         }
@@ -183,23 +185,66 @@ impl Variation<'_> {
             chosen.push(rng.below(size as u64) as usize);
         }
         for at in chosen {
-            let mut program = Program::clone(population.program(team.members[at]));
-            if rng.chance(self.params.program.code) {
-                self.mutate_code(&mut program, rng);
-                let code = &program.instructions;
-                self.genes.fit_program(&mut program.constants, code, rng);
-            }
-            if !program.constants.is_empty() && rng.chance(self.params.constants.mutate) {
-                program.constants = self.mutate_constants(&program.constants, rng);
-            }
-            if rng.chance(self.params.program.action) {
-                self.mutate_action(population, parent_pool, team, at, &mut program, rng);
-            }
-            if rng.chance(self.params.program.offset) {
-                program.offset = rng.below(u64::from(self.genes.shape.inputs)) as u16;
+            let before = Program::clone(population.program(team.members[at]));
+            let mut program = before.clone();
+            self.mutate_program(population, parent_pool, team, at, &mut program, rng);
+            let mut attempts = 1;
+            while self.params.program.insist
+                && attempts < ATTEMPTS
+                && !self.differs(&before, &program)
+            {
+                self.mutate_program(population, parent_pool, team, at, &mut program, rng);
+                attempts += 1;
             }
             team.members[at] = population.add_program(program);
         }
+    }
+
+    /// Varies a program of a team: its code, its constants, its action and its offset, each with its rate.
+    fn mutate_program(
+        &self,
+        population: &mut Population,
+        parent_pool: &ParentPool,
+        team: &Team,
+        at: usize,
+        program: &mut Program,
+        rng: &mut Rng,
+    ) {
+        if rng.chance(self.params.program.code) {
+            self.mutate_code(program, rng);
+            let code = &program.instructions;
+            self.genes.fit_program(&mut program.constants, code, rng);
+        }
+        if !program.constants.is_empty() && rng.chance(self.params.constants.mutate) {
+            program.constants = self.mutate_constants(&program.constants, rng);
+        }
+        if rng.chance(self.params.program.action) {
+            self.mutate_action(population, parent_pool, team, at, program, rng);
+        }
+        if rng.chance(self.params.program.offset) {
+            program.offset = rng.below(u64::from(self.genes.shape.inputs)) as u16;
+        }
+    }
+
+    /// Whether two programs can decide differently: in action, in constants, in effective instructions, or in the part of the
+    /// observation that these read as a vector or matrix.
+    fn differs(&self, a: &Program, b: &Program) -> bool {
+        let effective_code = |program: &Program| -> Vec<Instruction> {
+            let keep = effective(&program.instructions, &self.genes.demand());
+            let kept = program.instructions.iter().zip(keep);
+            kept.filter(|(_, keep)| *keep).map(|(i, _)| *i).collect()
+        };
+        let (code_a, code_b) = (effective_code(a), effective_code(b));
+        let reads_observation = |i: &Instruction| {
+            let operands = i.op.operands().into_iter().zip([i.a, i.b]);
+            operands.into_iter().any(|(kind, source)| {
+                source.observed && kind != Operand::S && kind != Operand::None
+            })
+        };
+        a.action != b.action
+            || a.constants != b.constants
+            || code_a != code_b
+            || a.offset != b.offset && code_a.iter().any(reads_observation)
     }
 
     /// Changes, swaps, deletes and adds instructions, each with its rate.
@@ -297,7 +342,7 @@ impl Variation<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::tests::{genes, params};
-    use super::super::{ActionPrograms, Registers};
+    use super::super::{ActionPrograms, Registers, Ties};
     use super::*;
 
     /// Every invariant that evolution promises, checked over generations with random scores.
@@ -342,6 +387,7 @@ mod tests {
                 &mut population,
                 &mut scores,
                 params.population as usize,
+                Ties::Older,
                 &[],
             );
             assert_eq!(population.roots.len(), params.population as usize);
@@ -382,6 +428,48 @@ mod tests {
             .collect();
         assert!(rules.len() > 1, "rules of resets do not vary: {rules:?}");
         deepest
+    }
+
+    /// The mutated clones of a generation that are what they were, out of all.
+    fn silent_clones(insist: bool) -> (usize, usize) {
+        let (genes, mut params) = (genes(), params());
+        params.program.insist = insist;
+        let mut rng = Rng::new(9);
+        let mut population = Population::random(&genes, &params, &mut rng);
+        let scores: Vec<_> = population.roots.iter().map(|r| (*r, 0.0)).collect();
+        let variation = Variation {
+            genes: &genes,
+            params: &params,
+            scores: &scores,
+        };
+        let pool = ParentPool {
+            teams: population.teams.keys().copied().collect(),
+            programs: population.programs.keys().copied().collect(),
+        };
+        let (mut silent, mut all) = (0, 0);
+        for (root, _) in &scores {
+            let mut team = Team::clone(population.team(*root));
+            let before = team.members.clone();
+            variation.mutate_programs(&mut population, &pool, &mut team, &mut rng);
+            for (old, new) in before
+                .iter()
+                .zip(&team.members)
+                .filter(|(old, new)| old != new)
+            {
+                let differs = variation.differs(population.program(*old), population.program(*new));
+                silent += usize::from(!differs);
+                all += 1;
+            }
+        }
+        (silent, all)
+    }
+
+    #[test]
+    fn who_insists_makes_no_silent_clones() {
+        let (silent, all) = silent_clones(false);
+        assert!(5 * silent > all, "{silent} of {all}");
+        let (silent, all) = silent_clones(true);
+        assert!(silent == 0 && all >= 40, "{silent} of {all}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod baseline;
 mod controller;
 mod disturb;
 mod disturbance;
+mod health;
 mod rollout;
 mod seeds;
 mod shaping;
@@ -16,6 +17,7 @@ pub use disturb::{Disturbed, Line, Link};
 pub use disturbance::{
     Direction, DisturbError, Disturbance, Effect, Fault, MAX_DELAY, Probability, Which, Window,
 };
+pub use health::{ChannelHealth, Watched};
 pub use rollout::{Arena, Conditions, Episode, EvaluationError, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};
 pub use shaping::Shaping;

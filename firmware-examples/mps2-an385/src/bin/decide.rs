@@ -3,18 +3,19 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use tpg_runtime::{Action, Capacities, Policy, Reset, agent_type};
+use tpg_board as _; // The panic handler.
+use tpg_runtime::{Action, Reset, policy};
 
-static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
-type Champion = agent_type!(CHAMPION);
+policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
 // If the policy needs more RAM than you allow here, the build fails. Otherwise the robot would fail.
-const _: () = assert!(Capacities::of(CHAMPION).state_bytes() <= 64 * 1024);
-const INPUTS: usize = tpg_board::inputs(CHAMPION);
+const _: () = assert!(champion::CAPACITIES.state_bytes() <= 64 * 1024);
 
 #[entry]
 fn main() -> ! {
-    let policy = Policy::load(CHAMPION).ok();
-    let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
+    // The agent's state. It is zero at the start, so it takes no flash and never lies on the stack.
+    static mut STATE: champion::State = champion::State::new();
+
+    let Ok(mut agent) = champion::load(STATE) else {
         semihosting::process::exit(1) // The policy is damaged. On a robot, take the safe action here.
     };
     agent.reset(Reset::Agent, 1);
@@ -26,16 +27,14 @@ fn main() -> ! {
 
 /// A separate function, so that `tpg footprint` can find the most stack that a decision can use.
 #[inline(never)]
-fn step(agent: &mut Champion) {
-    let mut observation = [0.0; INPUTS];
+fn step(agent: &mut champion::Agent<'_>) {
+    let mut observation = [0.0; champion::INPUTS];
     sense(&mut observation);
-    if let Ok(decision) = agent.decide(&observation) {
-        act(decision.action);
-    }
+    act(agent.decide(&observation).action);
 }
 
 /// edit 2: read your sensors.
-fn sense(observation: &mut [f32]) {
+fn sense(observation: &mut [f32; champion::INPUTS]) {
     core::hint::black_box(observation);
 }
 

@@ -5,20 +5,24 @@
 use cortex_m_rt::entry;
 use semihosting::{println, process::exit};
 use tpg_board::{measure, mps2::InstructionCounter};
-use tpg_runtime::{Policy, agent_type};
+use tpg_runtime::{Agent, Policy, policy};
 
-static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
-type Champion = agent_type!(CHAMPION);
+policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
+type Champion = Agent<'static, champion::Width, &'static mut champion::State>;
 
 #[entry]
 fn main() -> ! {
-    let policy = Policy::load(CHAMPION).ok();
-    let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
+    static mut STATE: champion::State = champion::State::new();
+
+    let policy = Policy::load(champion::BYTES).ok();
+    let made = policy.and_then(|policy| Champion::new_in(policy, STATE).ok());
+    let Some(mut agent) = made else {
         exit(1)
     };
     let counter = InstructionCounter::start();
     let seen = measure::run(&mut agent, || counter.now());
-    println!("agent_bytes {}", core::mem::size_of::<Champion>());
+    let agent_bytes = size_of::<Champion>() + size_of::<champion::State>();
+    println!("agent_bytes {agent_bytes}");
     println!("stack_bytes {}", seen.stack_bytes);
     println!("decisions {}", measure::DECISIONS);
     println!("instructions_sum {}", seen.instructions_sum);

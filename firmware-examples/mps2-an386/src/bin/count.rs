@@ -5,12 +5,14 @@
 use cortex_m_rt::entry;
 use semihosting::{println, process::exit};
 use tpg_board::{measure, mps2, pack};
-use tpg_runtime::{Agent, Fixed};
+use tpg_runtime::{Agent, Fixed, State};
 
-type Roomy<'p> = Agent<'p, Fixed<11>, 2048, 8, 4, 4>;
+type Room = State<2048, 8, 4, 4>;
 
 #[entry]
 fn main() -> ! {
+    static mut ROOM: Room = Room::new();
+
     // SAFETY: The board has this memory. The program does not use it otherwise, and nothing writes to it.
     let memory = unsafe { core::slice::from_raw_parts(mps2::SPARE, mps2::SPARE_BYTES) };
     let counter = mps2::InstructionCounter::start();
@@ -19,7 +21,11 @@ fn main() -> ! {
         exit(1)
     };
     for policy in policies {
-        let Some(mut agent) = (policy.ok()).and_then(|(_, policy)| Roomy::new(policy).ok()) else {
+        let made = policy.ok().and_then(|(_, policy)| {
+            let agent: Option<Agent<'_, Fixed<11>, _>> = Agent::new_in(policy, &mut *ROOM).ok();
+            agent
+        });
+        let Some(mut agent) = made else {
             println!("error: no policy of width 11, or one too large");
             exit(1)
         };

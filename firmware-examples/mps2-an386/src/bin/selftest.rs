@@ -5,16 +5,19 @@
 use cortex_m_rt::entry;
 use semihosting::{println, process::exit};
 use tpg_board::selftest;
-use tpg_runtime::{Policy, agent_type};
+use tpg_runtime::{Agent, Policy, policy};
 
-static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
+policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
 static GOLDEN: &str = include_str!(env!("TPG_GOLDEN"));
-type Champion = agent_type!(CHAMPION);
+type Champion = Agent<'static, champion::Width, &'static mut champion::State>;
 
 #[entry]
 fn main() -> ! {
-    let policy = Policy::load(CHAMPION).ok();
-    let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
+    static mut STATE: champion::State = champion::State::new();
+
+    let policy = Policy::load(champion::BYTES).ok();
+    let made = policy.and_then(|policy| Champion::new_in(policy, STATE).ok());
+    let Some(mut agent) = made else {
         println!("selftest: the policy is damaged");
         exit(1)
     };

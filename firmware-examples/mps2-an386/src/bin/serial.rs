@@ -9,11 +9,12 @@ use tpg_board::{
     ram::RamFlash,
     serial::{Rules, Session},
 };
-use tpg_runtime::{Agent, Capacities, Fixed, Policy};
+use tpg_runtime::{Agent, Capacities, Fixed, Policy, State};
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 // edit 2: room for later policies: words, programs, teams, streams.
-type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+type Room = State<4096, 64, 16, 48>;
+type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, &'static mut Room>;
 const RULES: Rules = Rules {
     // edit 3: `true` refuses policies of a lower release than the board has.
     releases: false,
@@ -27,8 +28,10 @@ const RULES: Rules = Rules {
 
 #[entry]
 fn main() -> ! {
+    static mut ROOM: Room = Room::new();
+
     let policy = Policy::load(CHAMPION).ok();
-    let Some(mut agent) = policy.and_then(|policy| Roomy::new(policy).ok()) else {
+    let Some(mut agent) = policy.and_then(|policy| Roomy::new_in(policy, ROOM).ok()) else {
         exit(1)
     };
     // SAFETY: The board has this memory, and the program does not use it otherwise. It keeps its contents over a reset.

@@ -9,35 +9,33 @@ use cortex_m_rt::entry;
 use stm32f4xx_hal::{
     pac, prelude::*, rcc::Config, timer::CounterUs, watchdog::IndependentWatchdog,
 };
-use tpg_runtime::{Capacities, Header, Policy, Reset, agent_type};
+use tpg_board as _; // The panic handler.
+use tpg_runtime::{Reset, policy};
 
-static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
-type Champion = agent_type!(CHAMPION);
+policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
 // If the policy needs more RAM than you allow here, the build fails. Otherwise the robot would fail.
-const _: () = assert!(Capacities::of(CHAMPION).state_bytes() <= 64 * 1024);
-const PERIOD_US: u32 = match Header::peek(CHAMPION) {
-    Some(header) => header.control_period_us,
-    None => 0,
-};
+const _: () = assert!(champion::CAPACITIES.state_bytes() <= 64 * 1024);
 // The watchdog counts milliseconds, at most 32 s.
-const _: () = assert!(PERIOD_US > 0 && PERIOD_US <= 10_000_000);
-const INPUTS: usize = tpg_board::inputs(CHAMPION);
+const _: () = assert!(champion::PERIOD_US > 0 && champion::PERIOD_US <= 10_000_000);
 
 #[entry]
 fn main() -> ! {
+    // The agent's state. It is zero at the start, so it takes no flash and never lies on the stack.
+    static mut STATE: champion::State = champion::State::new();
+
     plant::make_safe();
     // `take` succeeds because this is its first call after reset.
-    let (Some(device), Ok(policy)) = (pac::Peripherals::take(), Policy::load(CHAMPION)) else {
+    let (Some(device), Ok(mut agent)) = (pac::Peripherals::take(), champion::load(STATE)) else {
         stay_safe()
     };
-    let (true, Ok(mut agent)) = (plant::fits(&policy), Champion::new(policy)) else {
+    if !plant::fits(agent.agent().policy()) {
         stay_safe()
-    };
+    }
     let Some(mut timer) = control_timer(device.RCC, device.TIM5) else {
         stay_safe()
     };
     let mut watchdog = IndependentWatchdog::new(device.IWDG);
-    watchdog.start((3 * PERIOD_US.div_ceil(1000)).millis());
+    watchdog.start((3 * champion::PERIOD_US.div_ceil(1000)).millis());
     agent.reset(Reset::Agent, 1);
     loop {
         step(&mut agent);
@@ -49,13 +47,10 @@ fn main() -> ! {
 
 /// A separate function, so that `tpg footprint` can find the most stack that a decision can use.
 #[inline(never)]
-fn step(agent: &mut Champion) {
-    let mut observation = [0.0; INPUTS];
+fn step(agent: &mut champion::Agent<'_>) {
+    let mut observation = [0.0; champion::INPUTS];
     plant::sense(&mut observation);
-    match agent.decide(&observation) {
-        Ok(decision) => plant::act(decision.action),
-        Err(_) => plant::make_safe(),
-    }
+    plant::act(agent.decide(&observation).action);
 }
 
 /// A timer with the control period. This is a separate function so that the compiler sees only constants. It can
@@ -68,7 +63,7 @@ fn control_timer(rcc: pac::RCC, timer: pac::TIM5) -> Option<CounterUs<pac::TIM5>
             .sysclk(168.MHz()),
     );
     let mut timer = timer.counter_us(&mut rcc);
-    timer.start(PERIOD_US.micros()).ok().map(|()| timer)
+    timer.start(champion::PERIOD_US.micros()).ok().map(|()| timer)
 }
 
 fn stay_safe() -> ! {

@@ -16,13 +16,14 @@ use stm32f4xx_hal::{
 };
 use tpg_board::serial::{Rules, Session};
 use tpg_board::trial::MAX_OBSERVATION;
-use tpg_runtime::{Agent, Capacities, Fixed, Header, Policy, Reset};
+use tpg_runtime::{Agent, Capacities, Fixed, Header, Policy, Reset, State};
 
 use slot_flash::SlotFlash;
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 // edit 2: room for later policies: words, programs, teams, streams.
-type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+type Room = State<4096, 64, 16, 48>;
+type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, &'static mut Room>;
 const RULES: Rules = Rules {
     drives: true,
     // edit 3: `true` refuses policies of a lower release than the board has.
@@ -46,12 +47,14 @@ const ERASE_MS: u32 = 6_000;
 
 #[entry]
 fn main() -> ! {
+    static mut ROOM: Room = Room::new();
+
     plant::make_safe();
     // `take` succeeds because this is its first call after reset.
     let (Some(device), Ok(policy)) = (pac::Peripherals::take(), Policy::load(CHAMPION)) else {
         stay_safe()
     };
-    let Ok(mut agent) = Roomy::new(policy) else {
+    let Ok(mut agent) = Roomy::new_in(policy, ROOM) else {
         stay_safe()
     };
     let mut rcc = device.RCC.freeze(

@@ -10,13 +10,14 @@ mod slot_flash;
 use cortex_m_rt::entry;
 use stm32f4xx_hal::{nb, pac, prelude::*, rcc, serial};
 use tpg_board::serial::{Rules, Session};
-use tpg_runtime::{Agent, Capacities, Fixed, Policy};
+use tpg_runtime::{Agent, Capacities, Fixed, Policy, State};
 
 use slot_flash::SlotFlash;
 
 static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
 // edit 2: room for later policies: words, programs, teams, streams.
-type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, 4096, 64, 16, 48>;
+type Room = State<4096, 64, 16, 48>;
+type Roomy = Agent<'static, Fixed<{ Capacities::of(CHAMPION).width }>, &'static mut Room>;
 const RULES: Rules = Rules {
     // edit 3: `true` refuses policies of a lower release than the board has.
     releases: false,
@@ -30,11 +31,13 @@ const RULES: Rules = Rules {
 
 #[entry]
 fn main() -> ! {
+    static mut ROOM: Room = Room::new();
+
     // `take` succeeds because this is its first call after reset.
     let (Some(device), Ok(policy)) = (pac::Peripherals::take(), Policy::load(CHAMPION)) else {
         stop()
     };
-    let Ok(mut agent) = Roomy::new(policy) else {
+    let Ok(mut agent) = Roomy::new_in(policy, ROOM) else {
         stop()
     };
     let flash = SlotFlash::new(device.FLASH);

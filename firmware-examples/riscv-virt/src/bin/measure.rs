@@ -4,21 +4,25 @@
 
 use riscv_rt::entry;
 use semihosting::{println, process::exit};
+use static_cell::ConstStaticCell;
 use tpg_board::{measure, virt::InstructionCounter};
-use tpg_runtime::{Policy, agent_type};
+use tpg_runtime::{Agent, Policy, policy};
 
-static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
-type Champion = agent_type!(CHAMPION);
+policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
+type Champion = Agent<'static, champion::Width, &'static mut champion::State>;
+static STATE: ConstStaticCell<champion::State> = ConstStaticCell::new(champion::State::new());
 
 #[entry]
 fn main() -> ! {
-    let policy = Policy::load(CHAMPION).ok();
-    let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
+    let policy = Policy::load(champion::BYTES).ok().zip(STATE.try_take());
+    let made = policy.and_then(|(policy, state)| Champion::new_in(policy, state).ok());
+    let Some(mut agent) = made else {
         exit(1)
     };
     let counter = InstructionCounter::start();
     let seen = measure::run(&mut agent, || counter.now());
-    println!("agent_bytes {}", core::mem::size_of::<Champion>());
+    let agent_bytes = size_of::<Champion>() + size_of::<champion::State>();
+    println!("agent_bytes {agent_bytes}");
     println!("stack_bytes {}", seen.stack_bytes);
     println!("decisions {}", measure::DECISIONS);
     println!("instructions_sum {}", seen.instructions_sum);

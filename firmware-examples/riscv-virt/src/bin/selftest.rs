@@ -4,17 +4,20 @@
 
 use riscv_rt::entry;
 use semihosting::{println, process::exit};
+use static_cell::ConstStaticCell;
 use tpg_board::selftest;
-use tpg_runtime::{Policy, agent_type};
+use tpg_runtime::{Agent, Policy, policy};
 
-static CHAMPION: &[u8] = include_bytes!(env!("TPG_CHAMPION"));
+policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
 static GOLDEN: &str = include_str!(env!("TPG_GOLDEN"));
-type Champion = agent_type!(CHAMPION);
+type Champion = Agent<'static, champion::Width, &'static mut champion::State>;
+static STATE: ConstStaticCell<champion::State> = ConstStaticCell::new(champion::State::new());
 
 #[entry]
 fn main() -> ! {
-    let policy = Policy::load(CHAMPION).ok();
-    let Some(mut agent) = policy.and_then(|policy| Champion::new(policy).ok()) else {
+    let policy = Policy::load(champion::BYTES).ok().zip(STATE.try_take());
+    let made = policy.and_then(|(policy, state)| Champion::new_in(policy, state).ok());
+    let Some(mut agent) = made else {
         println!("selftest: the policy is damaged");
         exit(1)
     };

@@ -36,8 +36,8 @@ impl<'p> Names<'p> {
         match kind {
             Destination::None => String::new(),
             Destination::S | Destination::SUpdate => self.scalar(at),
-            Destination::V => self.vector(at),
-            Destination::M => self.matrix(at),
+            Destination::V | Destination::VUpdate => self.vector(at),
+            Destination::M | Destination::MUpdate => self.matrix(at),
         }
     }
 

@@ -68,7 +68,7 @@ pub(super) fn write_function(
     function: Function,
 ) {
     let number = function.program;
-    let registers = plan.mentioned(number);
+    let registers = plan.mentioned(function);
     out.push_str(&language.head(function));
     for register in &registers {
         out.push_str(&language.declaration(function, register));
@@ -89,6 +89,9 @@ pub(super) fn write_function(
 /// The instruction with its operands resolved. `None` if it has no effect, such as a write to memory that nothing
 /// reads.
 fn statement(plan: &Plan<'_>, function: Function, i: &Instruction) -> Option<Statement> {
+    if !plan.has_effect(function, i) {
+        return None;
+    }
     let (op, program) = (i.op, plan.program(function.program));
     let [a, b] = op.operands();
     let locate = |at| plan.locate(program, at);
@@ -101,8 +104,8 @@ fn statement(plan: &Plan<'_>, function: Function, i: &Instruction) -> Option<Sta
         })
     };
     let register = || match op.destination() {
-        Destination::V => Variable::Vector(locate(i.d)),
-        Destination::M => Variable::Matrix(locate(i.d)),
+        Destination::V | Destination::VUpdate => Variable::Vector(locate(i.d)),
+        Destination::M | Destination::MUpdate => Variable::Matrix(locate(i.d)),
         _ => Variable::Scalar(locate(i.d)),
     };
     // Operands that are slots or cells are not state offsets.
@@ -113,16 +116,11 @@ fn statement(plan: &Plan<'_>, function: Function, i: &Instruction) -> Option<Sta
         (Form::ReadWhole, Some(section)) => Value::Slot(section, i.a),
         (Form::Reload, _) => Value::Constants(plan.constants_at(function.program, locate(i.d))),
         (Form::Write, Some(section)) => {
-            let team = usize::from(function.team?);
-            let kept = plan.teams[team].record.kept(section) != 0;
-            let value = operand(a, i.a).filter(|_| kept)?;
-            return Some(Statement::WriteSlot(section, value));
+            return Some(Statement::WriteSlot(section, operand(a, i.a)?));
         }
-        (Form::WriteCells, _) => {
-            return (!plan.cells.is_empty()).then_some(Statement::WriteCells);
-        }
+        (Form::WriteCells, _) => return Some(Statement::WriteCells),
         _ => {
-            let updated = (op.destination() == Destination::SUpdate).then(register);
+            let updated = op.destination().is_update().then(register);
             let operands = [(a, i.a), (b, i.b)].into_iter();
             let operands = operands.filter_map(|(kind, at)| operand(kind, at));
             Value::Result(updated.into_iter().chain(operands).collect())

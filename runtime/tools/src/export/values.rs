@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use tpg_runtime::isa::{Destination, Form, REGISTERS};
-use tpg_runtime::tables::{Program, Section, Team};
+use tpg_runtime::tables::{Instruction, Program, Section, Team};
 
-use super::plan::Plan;
+use super::plan::{Function, Plan};
 use tpg_runtime::registers::Location;
 
 /// A register with its value after a reset.
@@ -57,8 +57,16 @@ impl Plan<'_> {
 
     /// A program's registers: scalars, vectors, matrices.
     pub(super) fn registers(&self, number: u16) -> Vec<Register> {
+        self.used_registers(number, self.written_and_read(number, |_| true))
+    }
+
+    /// A program's registers, of which these are written and read.
+    fn used_registers(
+        &self,
+        number: u16,
+        [written, read]: [BTreeSet<(u8, usize)>; 2],
+    ) -> Vec<Register> {
         let program = self.program(number);
-        let [written, read] = self.written_and_read(number);
         let values = self.initial(program.constants_start, program.register_words(self.width));
         let mut rest = values.as_slice();
         let mut out = Vec::new();
@@ -78,16 +86,32 @@ impl Plan<'_> {
         out
     }
 
-    /// Like [`Plan::registers`], without the registers that nothing writes or reads.
-    pub(super) fn mentioned(&self, number: u16) -> Vec<Register> {
-        let mut registers = self.registers(number);
+    /// The registers that the function of a program writes or reads.
+    pub(super) fn mentioned(&self, function: Function) -> Vec<Register> {
+        let number = function.program;
+        let used = self.written_and_read(number, |i| self.has_effect(function, i));
+        let mut registers = self.used_registers(number, used);
         registers.retain(|register| register.written || register.read);
         registers
     }
 
-    /// The registers that a program writes, then those that it reads, each as section and number. The end of the
-    /// program counts as a read.
-    fn written_and_read(&self, number: u16) -> [BTreeSet<(u8, usize)>; 2] {
+    /// Whether an instruction does anything in a function. A write to memory that nothing reads does not.
+    pub(super) fn has_effect(&self, function: Function, i: &Instruction) -> bool {
+        let keeps = |team: u16, section| self.teams[usize::from(team)].record.kept(section) != 0;
+        match (i.op.form(), i.op.section()) {
+            (Form::Write, Some(section)) => function.team.is_some_and(|team| keeps(team, section)),
+            (Form::WriteCells, _) => !self.cells.is_empty(),
+            _ => true,
+        }
+    }
+
+    /// The registers that those instructions of a program write that count, then those that they read, each as section and
+    /// number. The end of the program counts as a read.
+    fn written_and_read(
+        &self,
+        number: u16,
+        counts: impl Fn(&Instruction) -> bool,
+    ) -> [BTreeSet<(u8, usize)>; 2] {
         let program = self.program(number);
         let register = |at: u16| match self.locate(program, at) {
             Location::Window(_) => None,
@@ -104,11 +128,11 @@ impl Plan<'_> {
         } else {
             read.extend(register(program.output));
         }
-        for i in self.code(number) {
+        for i in self.code(number).filter(|i| counts(i)) {
             if i.op.destination() != Destination::None {
                 written.extend(register(i.d));
             }
-            if i.op.destination() == Destination::SUpdate {
+            if i.op.destination().is_update() {
                 read.extend(register(i.d));
             }
             for (kind, at) in i.op.operands().into_iter().zip([i.a, i.b]) {

@@ -135,8 +135,8 @@ pub struct Measured {
     pub flash_code_bytes: u64,
     /// Size of the policy's file, in bytes. The file is stored in flash.
     pub flash_blob_bytes: u64,
-    /// Bytes of the static variables of `decide` and of the agent, which lies in the stack frame of `main`. If the
-    /// board has no emulator, the whole frame counts in place of the agent.
+    /// Bytes of the static variables of `decide`, among them the agent's state, and of the stack frame of `main`, in which
+    /// the rest of the agent lies.
     pub ram_static_bytes: u64,
     /// The most stack that a decision of `decide` can use, in bytes, found from its code. Interrupt handlers need more.
     pub stack_bytes_bound: u64,
@@ -148,7 +148,7 @@ pub struct Measured {
 /// What was measured by running the firmware. Every field is `None` if the board has no emulator.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Seen {
-    /// RAM of the agent alone, in bytes.
+    /// RAM of the agent and its state, in bytes.
     pub agent_bytes: Option<u64>,
     /// The most stack that a measured decision used, in bytes.
     pub stack_bytes: Option<u64>,
@@ -214,23 +214,17 @@ impl Firmware {
             source,
         };
         let stack_bytes_bound = stack::bound(&decide, DECISION).map_err(unbounded)?;
-        let (seen, agent) = match &board.emulation {
-            None => {
-                let frame = stack::callers_frame(&decide, DECISION).map_err(unbounded)?;
-                (Seen::default(), frame)
-            }
-            Some(emulation) => {
-                let seen = self.run(board, emulation, profile, policy)?;
-                let agent = seen.agent_bytes.unwrap_or(0);
-                (seen, agent)
-            }
+        let frame = stack::callers_frame(&decide, DECISION).map_err(unbounded)?;
+        let seen = match &board.emulation {
+            None => Seen::default(),
+            Some(emulation) => self.run(board, emulation, profile, policy)?,
         };
         Ok(Measured {
             board: board.name.clone(),
             processor: board.processor.clone(),
             flash_code_bytes: flash.saturating_sub(flash_blob_bytes),
             flash_blob_bytes,
-            ram_static_bytes: ram + agent,
+            ram_static_bytes: ram + frame,
             stack_bytes_bound,
             seen,
         })

@@ -1,6 +1,6 @@
 //! Who decides in an episode.
 
-use tpg_runtime::{Action, Agent, ObservationError, Reset, Width};
+use tpg_runtime::{Action, Agent, ObservationError, Reset, Storage, Width};
 
 /// Turns observations into actions: an agent in this process, or one at the other end of a bridge.
 pub trait Controller {
@@ -32,9 +32,7 @@ pub struct Reply<'a> {
     pub instructions: u32,
 }
 
-impl<W: Width, const WORDS: usize, const PROGRAMS: usize, const TEAMS: usize, const STREAMS: usize>
-    Controller for Agent<'_, W, WORDS, PROGRAMS, TEAMS, STREAMS>
-{
+impl<W: Width, S: Storage> Controller for Agent<'_, W, S> {
     type Error = ObservationError;
 
     fn reset(&mut self, what: Reset, agent_seed: u64) -> Result<(), ObservationError> {

@@ -19,18 +19,21 @@ pub enum Status {
     BadInput = 3,
     /// The simulator failed, or the other process or the board of a loop.
     Peer = 4,
+    /// The command was carried out, but a requirement of the user does not hold.
+    Unmet = 5,
     /// A signal ended the command; training and experiments have written a checkpoint.
     Interrupted = 130,
 }
 
 impl Status {
     /// Every status, in ascending order of its number.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Fine,
         Self::OurFault,
         Self::Usage,
         Self::BadInput,
         Self::Peer,
+        Self::Unmet,
         Self::Interrupted,
     ];
 
@@ -55,6 +58,7 @@ impl Status {
             Self::Usage => "usage, configuration, or an output that cannot be written",
             Self::BadInput => "an input that cannot be read or used",
             Self::Peer => "the simulator, the other process or the board failed",
+            Self::Unmet => "a requirement does not hold",
             Self::Interrupted => {
                 "interrupted, with a checkpoint where there is something to go on with"
             }

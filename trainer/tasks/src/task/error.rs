@@ -28,6 +28,16 @@ pub enum UnknownTask {
         /// Full names of the tasks that this build can make.
         known: &'static [&'static str],
     },
+    /// A family of tasks has none with this parameter.
+    #[error("{family} has no task {given:?}; its tasks are {wanted}")]
+    BadParameter {
+        /// Name of the family.
+        family: &'static str,
+        /// The parameter that was asked for.
+        given: String,
+        /// The names that its tasks can have.
+        wanted: String,
+    },
     /// The file that describes a task, or its model, cannot be used.
     #[error("{}: {why}", path.display())]
     BadFile {

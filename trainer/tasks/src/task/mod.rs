@@ -13,11 +13,15 @@
 //! | `wrappers` | [`Wrappers`]: applies it to observations |
 //! | `scene` | [`Scene`]: what a task looks like, for drawings |
 //! | `cartpole`, `acrobot`, `pendulum` | [`CartPole`], [`Acrobot`], [`Pendulum`], computed here |
+//! | `families` | tasks whose names have a parameter |
+//! | `memory` | tasks that cannot be solved without memory, computed here |
 //! | `mujoco` | the robots simulated by MuJoCo (feature `mujoco`), a user's own among them |
 
 mod acrobot;
 mod cartpole;
 mod error;
+mod families;
+pub mod memory;
 #[cfg(feature = "mujoco")]
 pub mod mujoco;
 mod observability;

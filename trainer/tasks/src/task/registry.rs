@@ -1,5 +1,6 @@
 //! Tasks by name.
 
+use super::families::{self, Family};
 use super::{Acrobot, CartPole, Pendulum, Randomization, Task, UnknownTask};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -81,14 +82,14 @@ static TABLE: &[Row] = &[
     robot!("humanoid-standup-v5", true),
 ];
 
-/// The full names of the tasks that this build can make.
+/// The full names of the tasks that this build can make. A family of tasks is named by its default, such as `tmaze:10-v1`.
 #[must_use]
 pub fn names() -> &'static [&'static str] {
     static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| {
-        TABLE
-            .iter()
-            .filter(|row| row.make.is_some())
-            .map(|row| row.name)
+        let rows = TABLE.iter().filter(|row| row.make.is_some());
+        let families = families::TABLE.iter();
+        rows.map(|row| row.name)
+            .chain(families.map(|family| family.full))
             .collect()
     });
     &NAMES
@@ -96,11 +97,13 @@ pub fn names() -> &'static [&'static str] {
 
 /// Makes a task by its full name, or by its name without the version, which means the version that the
 /// thesis used, or else the latest; or
-/// from the file that describes it, whose path ends in `.toml`.
+/// from the file that describes it, whose path ends in `.toml`. A task of a family has a parameter in its name, such as
+/// `tmaze:100`; without one it is the family's default.
 ///
 /// # Errors
 /// [`UnknownTask::NoSuchName`] lists the names and suggests the nearest; [`UnknownTask::NeedsMujoco`] when the build
-/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or used.
+/// lacks the task's simulator; [`UnknownTask::BadFile`] when a file cannot be read or used; [`UnknownTask::BadParameter`]
+/// when the family of the name has no such task.
 ///
 /// # Examples
 /// ```
@@ -124,7 +127,18 @@ pub fn create_with(name: &str, randomization: Randomization) -> Result<Box<dyn T
     if let Some(path) = description_file(name) {
         return described(path, randomization);
     }
-    let row = find(name)?;
+    let row = match find(name)? {
+        Found::Row(row) => row,
+        Found::Family(family, parameter) => {
+            return family
+                .make(parameter)
+                .ok_or_else(|| UnknownTask::BadParameter {
+                    family: family.name,
+                    given: parameter.unwrap_or_default().into(),
+                    wanted: family.wanted(),
+                });
+        }
+    };
     let make = row.make.ok_or(UnknownTask::NeedsMujoco {
         name: row.name,
         known: names(),
@@ -132,16 +146,26 @@ pub fn create_with(name: &str, randomization: Randomization) -> Result<Box<dyn T
     Ok(make())
 }
 
-fn find(name: &str) -> Result<&'static Row, UnknownTask> {
+/// What a name stands for.
+enum Found<'a> {
+    Row(&'static Row),
+    /// A task of a family, with its parameter if the name has one.
+    Family(&'static Family, Option<&'a str>),
+}
+
+fn find(name: &str) -> Result<Found<'_>, UnknownTask> {
     let named = |row: &&Row| row.name == name || row.default && bare(row.name) == name;
-    TABLE
-        .iter()
-        .find(named)
-        .ok_or_else(|| UnknownTask::NoSuchName {
-            name: name.into(),
-            nearest: nearest(name),
-            known: names(),
-        })
+    if let Some(row) = TABLE.iter().find(named) {
+        return Ok(Found::Row(row));
+    }
+    if let Some((family, parameter)) = families::find(name) {
+        return Ok(Found::Family(family, parameter));
+    }
+    Err(UnknownTask::NoSuchName {
+        name: name.into(),
+        nearest: nearest(name),
+        known: names(),
+    })
 }
 
 /// The path of the TOML file that describes a task, where `name` is one instead of a built-in task's name.
@@ -219,10 +243,12 @@ fn nearest(name: &str) -> Option<&'static str> {
         .iter()
         .filter(|row| row.default)
         .map(|row| bare(row.name));
+    let families = families::TABLE.iter();
     TABLE
         .iter()
         .map(|row| row.name)
         .chain(bare_names)
+        .chain(families.flat_map(|family| [family.full, family.name]))
         .map(|known| (strsim::jaro_winkler(&lower, known), known))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(similarity, _)| *similarity >= LIKELY)
@@ -291,6 +317,41 @@ mod tests {
     }
 
     #[test]
+    fn a_family_takes_its_parameter_from_the_name() {
+        for (name, full) in [
+            ("tmaze", "tmaze:10-v1"),
+            ("tmaze-v1", "tmaze:10-v1"),
+            ("tmaze:100", "tmaze:100-v1"),
+            ("tmaze:100-v1", "tmaze:100-v1"),
+            ("repeat-previous", "repeat-previous:easy-v1"),
+            ("repeat-previous:hard", "repeat-previous:hard-v1"),
+            ("repeat-previous:2", "repeat-previous:2-v1"),
+            ("memory-size:4", "memory-size:4-v1"),
+        ] {
+            assert_eq!(create(name).unwrap().spec().name, full, "{name}");
+        }
+        for (name, says) in [
+            ("tmaze:0", "tmaze:NUMBER, from 1 to 100000"),
+            ("tmaze:", "tmaze has no task \"\""),
+            ("tmaze:+5", "no task \"+5\""),
+            ("tmaze:010", "no task \"010\""),
+            (
+                "repeat-first:3",
+                "repeat-first:easy, repeat-first:medium or repeat-first:hard",
+            ),
+            (
+                "repeat-previous:51",
+                "or repeat-previous:NUMBER, from 0 to 50",
+            ),
+            ("tmaze:100-v2", "no task \"100-v2\""),
+            ("tmase:100", "did you mean \"tmaze:10-v1\""),
+        ] {
+            let error = create(name).err().unwrap().to_string();
+            assert!(error.contains(says), "{name}: {error}");
+        }
+    }
+
+    #[test]
     fn an_unknown_name_lists_the_known_and_suggests_the_nearest() {
         let message = |name: &str| create(name).err().unwrap().to_string();
         let text = message("carpole-v1");
@@ -311,6 +372,9 @@ mod tests {
             "{error}"
         );
         assert!(error.contains("feature `mujoco`"), "{error}");
-        assert_eq!(names(), ["cartpole-v1", "acrobot-v1", "pendulum-v1"]);
+        assert_eq!(
+            names()[..4],
+            ["cartpole-v1", "acrobot-v1", "pendulum-v1", "tmaze:10-v1"]
+        );
     }
 }

@@ -30,7 +30,7 @@ const TRANSCENDENTAL: u8 = 24;
 pub(super) fn declaration(op: Op) -> Option<String> {
     let operands = op.operands().into_iter();
     let operands = operands.filter(|kind| *kind != Operand::None).count();
-    let parameters = match operands + usize::from(op.destination() == Destination::SUpdate) {
+    let parameters = match operands + usize::from(op.destination().is_update()) {
         2 => "float x, float y",
         _ => "float x",
     };
@@ -210,7 +210,9 @@ impl WriteProgram for C<'_, '_> {
             (Value::Copy(variable), _) => format!("{d} = {};", self.variable(program, *variable)),
             (Value::Result(arguments), size) => {
                 let arguments = arguments.iter().map(|x| self.variable(program, *x));
-                let place = size.is_some().then(|| d.clone());
+                // An operation that reads its destination has it as its first argument already.
+                let writes = size.is_some() && !i.op.destination().is_update();
+                let place = writes.then(|| d.clone());
                 let arguments: Vec<String> = place.into_iter().chain(arguments).collect();
                 let function = external(i.op).unwrap_or_else(|| format!("op_{}", identifier(i.op)));
                 let call = format!("{function}({});", arguments.join(", "));
@@ -274,7 +276,7 @@ pub(super) fn helper(op: Op) -> Option<String> {
     let [a, b] = op.operands();
     // Functions of whole operands and scalar functions are written by hand elsewhere.
     let size = match (op.destination(), a) {
-        (Destination::M, _) | (Destination::S, Operand::M) => "W * W",
+        (Destination::M | Destination::MUpdate, _) | (Destination::S, Operand::M) => "W * W",
         _ => "W",
     };
     let f = format!("op_{}", op.function());
@@ -294,6 +296,7 @@ pub(super) fn helper(op: Op) -> Option<String> {
         Form::Fill => each("a"),
         Form::FillRows => square("a[c]"),
         Form::FillColumns => square("a[r]"),
+        Form::Latch => format!("if (op_opens(a)) {{\n        {}\n    }}", each("b[k]")),
         _ => return None,
     };
     let kind = |operand| {

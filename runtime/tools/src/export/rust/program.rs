@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use tpg_runtime::isa::{Destination, Form, Op, Operand};
+use tpg_runtime::isa::{Form, Op, Operand};
 use tpg_runtime::tables::{Instruction, Section};
 
 use super::super::plan::{Function, Plan};
@@ -190,7 +190,7 @@ fn argument(plan: &Plan<'_>, variable: Variable) -> String {
 pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
     let (f, form) = (op.function(), op.form());
     let [a, b] = op.operands();
-    let matrix = op.destination() == Destination::M;
+    let matrix = op.destination().section() == Some(Section::Matrix);
     let body = match form {
         Form::Each if matrix && b == Operand::None => {
             format!("each_row(x, |x| math::map(x, math::lanes::{f}))")
@@ -215,6 +215,7 @@ pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
         Form::Fill => "[x; W]".to_owned(),
         Form::FillRows => "[*x; W]".to_owned(),
         Form::FillColumns => "fill_rows(x, |x| [x; W])".to_owned(),
+        Form::Latch => "if math::opens(x) { *y } else { *old }".to_owned(),
         _ => return Ok(()),
     };
     let kind = |operand| match operand {
@@ -227,14 +228,19 @@ pub(super) fn write_helper(out: &mut String, op: Op) -> fmt::Result {
     } else {
         format!(", y: {}", kind(b))
     };
-    let returns = match op.destination() {
-        Destination::V => "Vector",
-        Destination::M => "Matrix",
+    let returns = match op.destination().section() {
+        Some(Section::Vector) => "Vector",
+        Some(Section::Matrix) => "Matrix",
         _ => "f32",
+    };
+    let old = if op.destination().is_update() {
+        format!("old: &{returns}, ")
+    } else {
+        String::new()
     };
     writeln!(
         out,
-        "\nfn {}(x: {}{second}) -> {returns} {{\n    {body}\n}}",
+        "\nfn {}({old}x: {}{second}) -> {returns} {{\n    {body}\n}}",
         identifier(op),
         kind(a)
     )
