@@ -1,10 +1,11 @@
 //! The project's own commands, built once and run as a user would run them.
 
 use std::ffi::OsStr;
-use std::io::Write as _;
+use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -132,15 +133,36 @@ pub fn start<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Child {
 /// If it hangs.
 #[must_use]
 pub fn finish(mut child: Child) -> Output {
+    // Read all along: a command waits for room in a pipe that nobody empties.
+    let (stdout, stderr) = (drained(child.stdout.take()), drained(child.stderr.take()));
     let started = Instant::now();
-    while child.try_wait().expect("a child to wait for").is_none() {
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child to wait for") {
+            break status;
+        }
         if started.elapsed() > WATCHDOG {
             child.kill().expect("a child to end");
             panic!("the command hangs");
         }
         std::thread::sleep(Duration::from_millis(5));
+    };
+    let read = |reader: JoinHandle<Vec<u8>>| reader.join().expect("a reader");
+    Output {
+        status,
+        stdout: read(stdout),
+        stderr: read(stderr),
     }
-    child.wait_with_output().expect("its output")
+}
+
+/// Reads a pipe to its end, beside everything else.
+fn drained(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            pipe.read_to_end(&mut bytes).expect("its output");
+        }
+        bytes
+    })
 }
 
 /// Runs `tpg` to its end.
