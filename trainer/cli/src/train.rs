@@ -34,13 +34,13 @@ pub(crate) struct Args {
     /// Preset, see `tpg presets`; with --task also its variant alone, such as sr-sm or sl-b13.
     #[arg(required_unless_present = "resume", conflicts_with = "resume")]
     preset: Option<String>,
-    /// Seed of the run; one seed fixes the result for any number of threads.
+    /// Seed of the run, by default 0; one seed fixes the result for any number of threads.
     #[arg(long, value_name = "N", conflicts_with = "resume")]
     seed: Option<u64>,
     /// Threads that score, by default one for each core; not for the ranks of an MPI job, which have one each.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Train until this many generations are complete.
+    /// Train until this many generations are complete; 100 where no budget is named.
     #[arg(long, value_name = "N", group = "budget", value_parser = clap::value_parser!(u64).range(1..))]
     generations: Option<u64>,
     /// Train to the end of the generation that reaches this many environment steps.
@@ -58,13 +58,9 @@ pub(crate) struct Args {
     /// TOML file whose keys override the preset's.
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     config: Option<PathBuf>,
-    /// Folder for champion, log, checkpoint and configuration; must not hold a run yet.
-    #[arg(
-        long,
-        value_name = "DIR",
-        required_unless_present = "resume",
-        conflicts_with = "resume"
-    )]
+    /// Folder for champion, log, checkpoint and configuration; must not hold a run yet. Default: runs/PRESET-SEED-N, the first N
+    /// that is free.
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     out: Option<PathBuf>,
     /// Go on with the run in this folder; budgets count from its very start.
     #[arg(long, value_name = "DIR")]
@@ -111,10 +107,8 @@ impl Args {
             let budget = self.budget().unwrap_or(recorded);
             return Ok((session, folder, budget));
         }
-        let (Some(name), Some(out)) = (&self.preset, &self.out) else {
-            return Err(Failure::usage(anyhow::anyhow!(
-                "a preset and --out are needed"
-            )));
+        let Some(name) = &self.preset else {
+            return Err(Failure::usage(anyhow::anyhow!("a preset is needed")));
         };
         let preset = Preset::find(name).or_usage("bad preset")?;
         let file = match &self.config {
@@ -129,7 +123,8 @@ impl Args {
         if let Some(task) = &self.task {
             config.task = locate(task);
         }
-        let session = Session::new(config, self.seed.unwrap_or(0)).or_usage("bad configuration")?;
+        let seed = self.seed.unwrap_or(0);
+        let session = Session::new(config, seed).or_usage("bad configuration")?;
         warn_of_the_loop(&session);
         warn_of_unseen_inputs(&session);
         let budget = self
@@ -147,9 +142,20 @@ impl Args {
                 checkpoint_every: self.checkpoint_every,
             },
         };
-        let folder = RunFolder::create(out, &session, origin).map_err(Failure::of)?;
+        let out = self.out.clone().unwrap_or_else(|| free_folder(name, seed));
+        let folder = RunFolder::create(&out, &session, origin).map_err(Failure::of)?;
+        if self.out.is_none() {
+            note(format_args!("{}: the folder of this run", out.display()));
+        }
         Ok((session, folder, budget))
     }
+}
+
+/// A folder below `runs` that does not exist.
+fn free_folder(preset: &str, seed: u64) -> PathBuf {
+    let mut folders = (1u64..).map(|n| Path::new("runs").join(format!("{preset}-{seed}-{n}")));
+    let free = folders.find(|folder| !folder.exists());
+    free.unwrap_or_default()
 }
 
 pub(crate) fn run(args: Args) -> Result<Status, Failure> {

@@ -153,6 +153,8 @@ pub struct Preset {
     pub variant: &'static str,
     /// What the policy sees, in canonical form.
     pub observability: String,
+    /// What it is, in a sentence without a full stop: how the file of its variant or champion begins.
+    pub about: String,
     /// Overrides of the defaults, in order.
     pub(super) layers: Vec<Table>,
 }
@@ -165,16 +167,21 @@ impl Preset {
     pub fn find(name: &str) -> Result<Self, ConfigError> {
         let mut all = presets()?;
         for (variant, file) in [VARIANTS, FURTHER, STRATEGIES, BASELINES, MEMORY].concat() {
-            all.extend(blackouts("", None, variant, &parse(file)?)?);
+            all.extend(blackouts("", None, variant, file)?);
         }
-        for mut preset in blackouts("", None, CHAMPION.0, &parse(CHAMPION.1)?)? {
+        for mut preset in blackouts("", None, CHAMPION.0, CHAMPION.1)? {
             if preset.name != CHAMPION.0 {
                 preset.layers.push(parse(CHAMPION_BLACKOUT)?);
             }
             all.push(preset);
         }
-        let names = all.iter().map(|p| p.name.as_str());
-        let suggestion = nearest(name, names);
+        let names = || all.iter().map(|p| p.name.as_str());
+        // Who names a task wants what works best on it.
+        let champion = format!("{name}-{}", CHAMPION.0);
+        let suggestion = match names().any(|known| known == champion) {
+            true => champion,
+            false => nearest(name, names()),
+        };
         all.into_iter()
             .find(|p| p.name == name)
             .ok_or_else(|| ConfigError::UnknownPreset {
@@ -198,14 +205,14 @@ pub fn presets() -> Result<Vec<Preset>, ConfigError> {
         let mut task_layer = parse(row.settings)?;
         task_layer.insert("task".into(), row.task.into());
         for (variant, file) in row.variants.concat() {
-            presets.extend(blackouts(name, Some(&task_layer), variant, &parse(file)?)?);
+            presets.extend(blackouts(name, Some(&task_layer), variant, file)?);
         }
         for (variant, file) in row.plain {
-            let all = blackouts(name, Some(&task_layer), variant, &parse(file)?)?;
+            let all = blackouts(name, Some(&task_layer), variant, file)?;
             presets.extend(all.into_iter().take(1));
         }
         for (suffix, file) in row.champions {
-            let all = blackouts(name, Some(&task_layer), CHAMPION.0, &parse(file)?)?;
+            let all = blackouts(name, Some(&task_layer), CHAMPION.0, file)?;
             let wanted = format!("{name}-{}{suffix}", CHAMPION.0);
             presets.extend(all.into_iter().filter(|preset| preset.name == wanted));
         }
@@ -213,13 +220,22 @@ pub fn presets() -> Result<Vec<Preset>, ConfigError> {
     Ok(presets)
 }
 
+/// The first sentence of the comment at the head of a file.
+fn about(file: &str) -> String {
+    let comment = file.lines().map_while(|line| line.strip_prefix('#'));
+    let comment = comment.map(str::trim).collect::<Vec<_>>().join(" ");
+    let sentence = comment.split(". ").next().unwrap_or_default();
+    sentence.trim_end_matches('.').to_owned()
+}
+
 /// The presets of a task and a variant, one for each observability; without a task, the variant's alone.
 fn blackouts(
     task: &'static str,
     task_layer: Option<&Table>,
     variant: &'static str,
-    variant_layer: &Table,
+    file: &str,
 ) -> Result<Vec<Preset>, ConfigError> {
+    let variant_layer = &parse(file)?;
     let mut presets = Vec::new();
     for (suffix, blackout) in BLACKOUTS {
         let own = task_layer.and_then(|t| t.get("observability")?.as_array());
@@ -246,6 +262,7 @@ fn blackouts(
             task,
             variant,
             observability: observability.join("+"),
+            about: about(file),
             layers,
         });
     }

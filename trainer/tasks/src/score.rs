@@ -23,7 +23,7 @@ pub const LOOP_OUTPUTS: usize = 64;
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct ScoreArgs {
-    /// Exported policy.
+    /// Exported policy, or the folder of a run, whose champion is meant.
     #[cfg_attr(feature = "clap", arg(value_name = "FILE.tpg"))]
     pub file: PathBuf,
     /// Task, or path of the TOML file that describes it; by default the task that the policy was evolved for.
@@ -91,7 +91,10 @@ impl ScoreArgs {
     /// # Errors
     /// A [`Failure`] with its status: the file, the task's name, a wrapper, or a misfit between them.
     pub fn resolve(self) -> Result<Setup, Failure> {
-        let file = self.file;
+        let file = match self.file.is_dir() {
+            true => self.file.join("champion.tpg"),
+            false => self.file,
+        };
         let blob = std::fs::read(&file).or_bad_input(format!("cannot read {}", file.display()))?;
         let policy = Policy::load(&blob).or_bad_input(format!("cannot use {}", file.display()))?;
         let observability = if self.observability.is_empty() {

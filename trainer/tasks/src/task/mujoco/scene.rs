@@ -173,8 +173,8 @@ fn quaternion(m: &[f64; 9]) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task::mujoco::sim::compile;
     use crate::task::create;
+    use crate::task::mujoco::sim::compile;
 
     const MODEL: &str = r#"<mujoco>
         <asset>
