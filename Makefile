@@ -1,6 +1,6 @@
 # Every target is a thin name for commands that can be run by hand.
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo check test lint book deny
+.PHONY: help setup build demo check test lint fuzz book deny
 
 help: ## Show the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,6 +28,9 @@ lint: setup ## Check format, lints and documentation, warnings being errors
 	cargo clippy --workspace --all-targets --no-default-features -- -D warnings
 	cd firmware-examples/common && cargo clippy --all-targets --all-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --bins --examples
+
+fuzz: setup ## Run libFuzzer on what reads foreign bytes, 20 s each; `scripts/fuzz 3600 loader` for longer
+	@scripts/fuzz
 
 book: ## Build the documents as a book in target/book, and check all links
 	@scripts/book

@@ -10,9 +10,10 @@ use crate::math;
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
 use crate::sizing::{Capacities, CapacityError};
+#[cfg(feature = "trace")]
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
-use crate::width::{AnyWidth, Width};
+use crate::width::{AnyWidth, Watching, Width};
 
 /// An agent with room for any policy that the format's offsets can address, for hosts; some 340 KB, so box it.
 ///
@@ -173,7 +174,7 @@ impl<
     }
 
     #[inline(always)]
-    fn decide_observed<O: Observer>(
+    fn decide_observed<O: Watching>(
         &mut self,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,

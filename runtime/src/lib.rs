@@ -26,6 +26,8 @@
 //! | `old-formats` | read policies of versions 1 and 2 of the file format; they are refused without | on |
 //! | `small-code` | half the flash for vectors and matrices, but slower; results stay the same | off |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about; results stay the same | off |
+//! | `any-width` | compiles agents of any width once, in this crate, which programs of several crates build faster by | off |
+//! | `std` | takes square roots from the standard library, so that norms of columns take half the time; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `wire` | the messages between host and board over a serial line | off |
 //! | `signature` | verifies who signed a policy's file | off |
@@ -52,6 +54,9 @@
         reason = "tests may panic and compute"
     )
 )]
+
+#[cfg(feature = "std")]
+extern crate std;
 
 mod agent;
 pub mod blob;

@@ -223,8 +223,14 @@ pub fn zip<const W: usize>(x: &[f32; W], y: &[f32; W], f: impl Fn(f32, f32) -> f
 }
 
 /// The correctly rounded square root. NaN for negative numbers.
+///
+/// `libm`'s is inline assembly on some hosts, which compilers cannot turn into vectors. The standard library's has the same
+/// bits for every argument.
 #[inline(always)]
 fn square_root(x: f32) -> f32 {
+    #[cfg(feature = "std")]
+    return x.sqrt();
+    #[cfg(not(feature = "std"))]
     libm::sqrtf(x)
 }
 

@@ -7,13 +7,13 @@ use crate::trace::Observer;
 pub trait Width: sealed::Sealed {}
 
 pub(crate) mod sealed {
-    use super::{Observer, Vectors};
+    use super::{Vectors, Watching};
 
     pub trait Sealed {
         /// The only width, or `None` for every width up to the limit.
         const ONLY: Option<u16>;
         /// The instructions on vectors and matrices of this width.
-        fn vectors<O: Observer>(width: u16) -> Vectors<O>;
+        fn vectors<O: Watching>(width: u16) -> Vectors<O>;
     }
 }
 
@@ -32,7 +32,7 @@ impl<const W: usize> sealed::Sealed for Fixed<W> {
     const ONLY: Option<u16> = Some(W as u16);
 
     #[inline(always)]
-    fn vectors<O: Observer>(_: u16) -> Vectors<O> {
+    fn vectors<O: Watching>(_: u16) -> Vectors<O> {
         vectors::<W, O>
     }
 }
@@ -41,16 +41,38 @@ impl sealed::Sealed for AnyWidth {
     const ONLY: Option<u16> = None;
 
     #[inline(always)]
-    fn vectors<O: Observer>(width: u16) -> Vectors<O> {
-        macro_rules! dispatch {
-            ($($w:literal)*) => {
-                match width {
-                    $($w => vectors::<$w, O>,)*
-                    // The verifier has refused every other width.
-                    _ => vectors::<1, O>,
-                }
-            };
-        }
-        dispatch!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
+    fn vectors<O: Watching>(width: u16) -> Vectors<O> {
+        O::vectors(width)
     }
 }
+
+/// An observer for which agents of any width are compiled. There are two: none, and one behind a pointer.
+pub trait Watching: Observer + Sized {
+    /// The instructions on vectors and matrices of this width.
+    fn vectors(width: u16) -> Vectors<Self>;
+}
+
+/// Not generic, so that with the feature `any-width` this crate holds the copies for all widths, and programs that are built
+/// of many crates compile them once. Without it they are compiled where they are used, and firmware never does.
+macro_rules! watching {
+    ($observer:ty) => {
+        impl Watching for $observer {
+            #[cfg_attr(not(feature = "any-width"), inline)]
+            fn vectors(width: u16) -> Vectors<Self> {
+                dispatch!(width; 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
+            }
+        }
+    };
+}
+macro_rules! dispatch {
+    ($width:ident; $($w:literal)*) => {
+        match $width {
+            $($w => vectors::<$w, Self>,)*
+            // The verifier has refused every other width.
+            _ => vectors::<1, Self>,
+        }
+    };
+}
+watching!(());
+#[cfg(feature = "trace")]
+watching!(&mut dyn Observer);

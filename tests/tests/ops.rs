@@ -135,3 +135,25 @@ fn the_document_lists_every_operation() {
         );
     }
 }
+
+/// Hosts take square roots from the standard library, boards from `libm`.
+#[test]
+fn both_square_roots_have_the_same_bits_for_every_argument() {
+    const PARTS: u32 = 8;
+    let differ = |part: u32| {
+        let arguments = (0..=u32::MAX / PARTS).map(|k| k * PARTS + part);
+        let mut arguments = arguments.map(f32::from_bits);
+        arguments.find(|x| {
+            let (one, other) = (x.sqrt(), libm::sqrtf(*x));
+            one.to_bits() != other.to_bits() && !(one.is_nan() && other.is_nan())
+        })
+    };
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = (0..PARTS)
+            .map(|part| scope.spawn(move || differ(part)))
+            .collect();
+        for part in parts {
+            assert_eq!(part.join().expect("a thread"), None);
+        }
+    });
+}
