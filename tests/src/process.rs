@@ -1,10 +1,11 @@
 //! The project's own commands, built once and run as a user would run them.
 
 use std::ffi::OsStr;
-use std::io::Write as _;
+use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -133,14 +134,35 @@ pub fn start<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Child {
 #[must_use]
 pub fn finish(mut child: Child) -> Output {
     let started = Instant::now();
-    while child.try_wait().expect("a child to wait for").is_none() {
+    // Read while it runs: a pipe holds 64 KiB, and who fills it waits.
+    let stdout = child.stdout.take().map(read);
+    let stderr = child.stderr.take().map(read);
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child to wait for") {
+            break status;
+        }
         if started.elapsed() > WATCHDOG {
             child.kill().expect("a child to end");
             panic!("the command hangs");
         }
         std::thread::sleep(Duration::from_millis(5));
+    };
+    let whole = |reader: Option<JoinHandle<Vec<u8>>>| {
+        reader.map_or_else(Vec::new, |reader| reader.join().expect("its output"))
+    };
+    Output {
+        status,
+        stdout: whole(stdout),
+        stderr: whole(stderr),
     }
-    child.wait_with_output().expect("its output")
+}
+
+fn read(mut pipe: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).expect("a pipe");
+        bytes
+    })
 }
 
 /// Runs `tpg` to its end.
