@@ -164,7 +164,7 @@ pub fn opens(x: f32) -> bool {
     x > 0.0
 }
 
-/// The latch: `y` if `x` [opens](opens) it, else `old`.
+/// The latch: `y` if `x` [opens] it, else `old`.
 #[inline(always)]
 #[must_use]
 pub fn latch(old: f32, x: f32, y: f32) -> f32 {

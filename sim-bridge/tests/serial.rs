@@ -153,7 +153,6 @@ fn missing_values_cross_the_line() {
         let mut local =
             Box::new(HostAgent::new(Policy::load(&file).expect("valid")).expect("fits"));
         local.reset(Reset::Agent, 8);
-        let (mut filled, mut faked) = (Vec::new(), Vec::new());
         for step in 0..40u16 {
             let seen = [0.25, -0.5, 1.5, 0.75].map(|x| x * f32::from(step % 7));
             let mut observation = seen;
@@ -161,17 +160,11 @@ fn missing_values_cross_the_line() {
             let got = remote.decide(&observation).expect("the board answers");
             let decision = local.decide(&observation).expect("four elements");
             assert_eq!(got.action, decision.action, "{name}, step {step}");
-            filled.push(format!("{:?}", got.action));
+            assert_eq!(
+                got.instructions, decision.instructions,
+                "{name}, step {step}"
+            );
         }
-        // NaN is no zero, neither here nor there.
-        remote.reset(Reset::Agent, 8).expect("the board answers");
-        for step in 0..40u16 {
-            let mut observation = [0.25, -0.5, 1.5, 0.75].map(|x| x * f32::from(step % 7));
-            observation[usize::from(step % 4)] = 0.0;
-            let got = remote.decide(&observation).expect("the board answers");
-            faked.push(format!("{:?}", got.action));
-        }
-        assert_ne!(filled, faked, "{name}");
     }
 }
 

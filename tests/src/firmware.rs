@@ -32,7 +32,9 @@ pub fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-pub(crate) fn runs(program: &str, args: &[&str]) -> bool {
+/// Whether a program is there and runs with these arguments.
+#[must_use]
+pub fn runs(program: &str, args: &[&str]) -> bool {
     let status = (Command::new(program).args(args))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -40,8 +42,11 @@ pub(crate) fn runs(program: &str, args: &[&str]) -> bool {
     status.is_ok_and(|status| status.success())
 }
 
-/// Says why tests are skipped, or fails where they may not be.
-pub(crate) fn skip(name: &str, reason: &str) -> bool {
+/// Says why tests are skipped; `false`.
+///
+/// # Panics
+/// If the environment says that they must not be, by [`REQUIRED`].
+pub fn skip(name: &str, reason: &str) -> bool {
     assert!(
         env::var(REQUIRED).is_err(),
         "{REQUIRED} is set, but {reason}"

@@ -133,9 +133,10 @@ pub fn start<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Child {
 /// If it hangs.
 #[must_use]
 pub fn finish(mut child: Child) -> Output {
-    // Read all along: a command waits for room in a pipe that nobody empties.
-    let (stdout, stderr) = (drained(child.stdout.take()), drained(child.stderr.take()));
     let started = Instant::now();
+    // Read while it runs: a pipe holds 64 KiB, and who fills it waits.
+    let stdout = child.stdout.take().map(read);
+    let stderr = child.stderr.take().map(read);
     let status = loop {
         if let Some(status) = child.try_wait().expect("a child to wait for") {
             break status;
@@ -146,21 +147,20 @@ pub fn finish(mut child: Child) -> Output {
         }
         std::thread::sleep(Duration::from_millis(5));
     };
-    let read = |reader: JoinHandle<Vec<u8>>| reader.join().expect("a reader");
+    let whole = |reader: Option<JoinHandle<Vec<u8>>>| {
+        reader.map_or_else(Vec::new, |reader| reader.join().expect("its output"))
+    };
     Output {
         status,
-        stdout: read(stdout),
-        stderr: read(stderr),
+        stdout: whole(stdout),
+        stderr: whole(stderr),
     }
 }
 
-/// Reads a pipe to its end, beside everything else.
-fn drained(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
+fn read(mut pipe: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        if let Some(mut pipe) = pipe {
-            pipe.read_to_end(&mut bytes).expect("its output");
-        }
+        pipe.read_to_end(&mut bytes).expect("a pipe");
         bytes
     })
 }

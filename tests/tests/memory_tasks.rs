@@ -4,12 +4,16 @@
 //! bit. Plants are compared to a rounding error: their sine comes from `libm` here and from NumPy there.
 
 use serde::Deserialize;
-use tpg_runtime::Action;
+use tpg_runtime::{Action, HostAgent, Policy, Restore};
+use tpg_tasks::eval::{Arena, Domain, Forgetful, episode_seed, evaluate};
+use tpg_tasks::stats::mean;
 use tpg_tasks::task::memory::{
     Autoencode, CountRecall, Level, MemoryChain, PositionOnly, RepeatFirst, RepeatPrevious,
 };
-use tpg_tasks::task::{Task, create};
+use tpg_tasks::task::{Task, Wrappers, create};
 use tpg_tests::golden;
+use tpg_trainer::config::{Preset, resolve};
+use tpg_trainer::session::Session;
 
 #[derive(Deserialize)]
 struct Episodes {
@@ -235,6 +239,39 @@ fn plants_without_velocities_are_those_of_popgym() {
     }
     assert_eq!(plants.len(), 12);
     assert!(steps > 300, "{steps} steps");
+}
+
+/// Who learned at length 10 needs its registers, and answers right at length 1000.
+#[test]
+fn the_preset_learns_a_short_maze_that_holds_for_long_ones() {
+    let preset = Preset::find("tmaze-memory").expect("a preset");
+    let config = resolve(&preset, None, &[]).expect("complete");
+    let mut session = Session::new(config, 2).expect("sensible");
+    let mut pool = session.pool(1).expect("an arena");
+    for _ in 0..80 {
+        session.advance(&mut pool).expect("a generation");
+    }
+    let champion = session.export_champion().expect("a champion");
+    let score = |task: &str, forgets: bool| {
+        let task = create(task).expect("a name");
+        let wrappers = Wrappers::new(&[], task.spec()).expect("no wrappers");
+        let mut arena = Arena::new(task, wrappers);
+        let policy = Policy::load(&champion).expect("a policy");
+        let mut agent = Box::new(HostAgent::new(policy).expect("it fits a host"));
+        let seeds = (0..100).map(|k| episode_seed(Domain::Test, 5, 0, k));
+        let episodes = if forgets {
+            let mut forgetful = Forgetful::new(agent, Restore::Registers);
+            evaluate(&mut arena, &mut forgetful, seeds)
+        } else {
+            evaluate(&mut arena, &mut *agent, seeds)
+        };
+        let returns: Vec<f64> = episodes.expect("scored").iter().map(|e| e.total).collect();
+        mean(&returns)
+    };
+    let [short, long] = ["tmaze:10", "tmaze:1000"].map(|task| score(task, false));
+    assert!(short >= 1.0 - 1e-9 && long >= 1.0 - 1e-9, "{short} {long}");
+    let forgetful = score("tmaze:10", true);
+    assert!((0.3..0.7).contains(&forgetful), "{forgetful}");
 }
 
 /// Every task of the golden file can be made by its name.

@@ -100,8 +100,10 @@ pub(crate) const fn split_at_byte(text: &[u8], byte: u8) -> (&[u8], &[u8]) {
     while let [first, tail @ ..] = rest {
         rest = tail;
         if *first == byte {
-            let (line, _) = text.split_at(len);
-            return (line, rest);
+            // `split_at` contains a panic that the compiler cannot remove.
+            if let Some((line, _)) = text.split_at_checked(len) {
+                return (line, rest);
+            }
         }
         len += 1;
     }

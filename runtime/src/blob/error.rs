@@ -159,10 +159,10 @@ impl fmt::Display for SectionFault {
     }
 }
 
-pub(super) fn records<'a, const N: usize>(
-    bytes: &'a [u8],
+pub(super) fn records<const N: usize>(
+    bytes: &[u8],
     table: Table,
-) -> Result<&'a [[u8; N]], DecodeError> {
+) -> Result<&[[u8; N]], DecodeError> {
     match bytes.as_chunks::<N>() {
         (records, []) => Ok(records),
         _ => Err(DecodeError::RecordWidth { table }),

@@ -78,6 +78,10 @@ impl<O: Observer> Context<'_, O> {
 
     /// Overwrites each kept cell, with its probability, by the register of its column (thesis Equation 2.4.2).
     pub(super) fn write_cells(&mut self, words: &mut [f32]) {
+        // Where no cell is kept, the number of the write matters to nobody.
+        if self.policy.tables.cells.is_empty() {
+            return;
+        }
         let write = self.indexed.begin_write();
         let first = self.policy.cells_start();
         let distribution = self.policy.header.write_distribution.built();

@@ -139,6 +139,8 @@ const TASKS: &[TaskRow] = &[
     memory!("position-only-pendulum"),
     memory!("noisy-position-only-cartpole"),
     memory!("noisy-position-only-pendulum"),
+    memory!("mackey-glass"),
+    memory!("lorenz"),
 ];
 
 /// A named configuration, `<task>-<variant>[-b23|-b13]`, `<task>-champion[-b23]` or `<task>-memory`, or `<variant>[-b23|-b13]` and

@@ -16,9 +16,7 @@ fn main() -> ! {
 
     let policy = Policy::load(champion::BYTES).ok();
     let made = policy.and_then(|policy| Champion::new_in(policy, STATE).ok());
-    let Some(mut agent) = made else {
-        exit(1)
-    };
+    let Some(mut agent) = made else { exit(1) };
     let counter = InstructionCounter::start();
     let seen = measure::run(&mut agent, || counter.now());
     let agent_bytes = size_of::<Champion>() + size_of::<champion::State>();

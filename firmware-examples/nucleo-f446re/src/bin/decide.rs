@@ -63,7 +63,10 @@ fn control_timer(rcc: pac::RCC, timer: pac::TIM5) -> Option<CounterUs<pac::TIM5>
             .sysclk(168.MHz()),
     );
     let mut timer = timer.counter_us(&mut rcc);
-    timer.start(champion::PERIOD_US.micros()).ok().map(|()| timer)
+    timer
+        .start(champion::PERIOD_US.micros())
+        .ok()
+        .map(|()| timer)
 }
 
 fn stay_safe() -> ! {

@@ -16,9 +16,7 @@ static STATE: ConstStaticCell<champion::State> = ConstStaticCell::new(champion::
 fn main() -> ! {
     let policy = Policy::load(champion::BYTES).ok().zip(STATE.try_take());
     let made = policy.and_then(|(policy, state)| Champion::new_in(policy, state).ok());
-    let Some(mut agent) = made else {
-        exit(1)
-    };
+    let Some(mut agent) = made else { exit(1) };
     let counter = InstructionCounter::start();
     let seen = measure::run(&mut agent, || counter.now());
     let agent_bytes = size_of::<Champion>() + size_of::<champion::State>();

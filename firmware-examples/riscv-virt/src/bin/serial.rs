@@ -32,9 +32,7 @@ const RULES: Rules = Rules {
 fn main() -> ! {
     let policy = Policy::load(CHAMPION).ok().zip(ROOM.try_take());
     let made = policy.and_then(|(policy, room)| Roomy::new_in(policy, room).ok());
-    let Some(mut agent) = made else {
-        exit(1)
-    };
+    let Some(mut agent) = made else { exit(1) };
     // SAFETY: The board has this memory, and the program does not use it otherwise. It keeps its contents over a reset.
     let flash = unsafe { RamFlash::new(virt::SPARE, 64 * 1024) };
     let Ok(mut session) = Session::start(CHAMPION, Some(flash), &mut agent, RULES) else {

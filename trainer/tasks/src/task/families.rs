@@ -2,8 +2,8 @@
 
 use super::Task;
 use super::memory::{
-    Autoencode, CountRecall, LONGEST, Level, MOST_BITS, MemoryChain, PositionOnly, RepeatFirst,
-    RepeatPrevious, TMaze,
+    Autoencode, CountRecall, Forecast, LONGEST, LONGEST_FORECAST, Level, MOST_BITS, MemoryChain,
+    PositionOnly, RepeatFirst, RepeatPrevious, TMaze,
 };
 
 /// Tasks that differ in one parameter.
@@ -14,9 +14,12 @@ pub(super) struct Family {
     pub(super) full: &'static str,
     /// Makes the task of a level, if the family has levels.
     level: Option<fn(Level) -> Box<dyn Task>>,
-    /// The least and the greatest number, and what makes a number's task, if the family has numbers.
-    number: Option<(u32, u32, fn(u32) -> Box<dyn Task>)>,
+    /// The tasks of numbers, if the family has any.
+    number: Option<Numbers>,
 }
+
+/// The least and the greatest number, and what makes a number's task.
+type Numbers = (u32, u32, fn(u32) -> Box<dyn Task>);
 
 /// A family of levels.
 macro_rules! levels {
@@ -58,6 +61,28 @@ pub(super) static TABLE: &[Family] = &[
     levels!("position-only-pendulum", PositionOnly::pendulum),
     levels!("noisy-position-only-cartpole", PositionOnly::noisy_cartpole),
     levels!("noisy-position-only-pendulum", PositionOnly::noisy_pendulum),
+    numbers!(
+        "mackey-glass",
+        50,
+        1,
+        LONGEST_FORECAST,
+        Forecast::mackey_glass
+    ),
+    numbers!(
+        "mackey-glass-validation",
+        100,
+        1,
+        LONGEST_FORECAST,
+        Forecast::mackey_glass_validation
+    ),
+    numbers!("lorenz", 50, 1, LONGEST_FORECAST, Forecast::lorenz),
+    numbers!(
+        "lorenz-validation",
+        100,
+        1,
+        LONGEST_FORECAST,
+        Forecast::lorenz_validation
+    ),
 ];
 
 /// The family that a name belongs to, and the parameter if the name has one. All versions are 1.

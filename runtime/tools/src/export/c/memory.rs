@@ -217,17 +217,24 @@ pub(super) fn write_memory_access(out: &mut String, c: &C<'_, '_>) -> fmt::Resul
                 section,
                 number,
             } => {
-                let reference = if section == Section::Scalar { "&" } else { "" };
-                format!(
-                    "({reference}self->team_{team}.{}m{number})",
-                    letter(section)
-                )
+                let piece = format!("self->team_{team}.{}m{number}", letter(section));
+                if section == Section::Scalar {
+                    return (piece, None);
+                }
+                piece
             }
         };
-        (piece, words)
+        (piece, Some(words))
     });
     let (mut get, mut set, mut at) = (String::new(), String::new(), 0);
-    for (piece, n) in pieces {
+    for (piece, words) in pieces {
+        let Some(n) = words else {
+            // One float, not an array of one.
+            writeln!(get, "    memory[{at}] = {piece};")?;
+            writeln!(set, "    {piece} = or_zero(memory[{at}]);")?;
+            at += 1;
+            continue;
+        };
         writeln!(
             get,
             "    for (int k = 0; k < {n}; k++) memory[{at} + k] = {piece}[k];"

@@ -68,14 +68,9 @@ static MACKEY_GLASS: LazyLock<Series> = LazyLock::new(|| {
 static LORENZ: LazyLock<Series> = LazyLock::new(|| {
     const STEP: f64 = 0.01;
     const SKIPPED: usize = 1000;
-    let slope = |[x, y, z]: [f64; 3]| {
-        [
-            10.0 * (y - x),
-            x * (28.0 - z) - y,
-            x * y - 8.0 / 3.0 * z,
-        ]
-    };
-    let moved = |[x, y, z]: [f64; 3], [a, b, c]: [f64; 3], by: f64| [x + by * a, y + by * b, z + by * c];
+    let slope = |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
+    let moved =
+        |[x, y, z]: [f64; 3], [a, b, c]: [f64; 3], by: f64| [x + by * a, y + by * b, z + by * c];
     let (mut state, mut values) = ([1.0; 3], Vec::new());
     for k in 0..5 * (SKIPPED + LENGTH) {
         if k % 5 == 0 && k >= 5 * SKIPPED {

@@ -6,6 +6,7 @@
 //! | `repeat` | RepeatFirst and RepeatPrevious |
 //! | `autoencode`, `count_recall` | Autoencode, CountRecall |
 //! | `positions` | CartPole and Pendulum without velocities, with and without noise |
+//! | `forecast` | Mackey-Glass and Lorenz, to be continued |
 //! | `memory_chain` | bsuite's memory_len and memory_size |
 //! | `tmaze` | the passive T-maze, with and without noise |
 //!
@@ -15,6 +16,7 @@
 mod autoencode;
 mod count_recall;
 mod deck;
+mod forecast;
 mod memory_chain;
 mod positions;
 mod repeat;
@@ -22,6 +24,8 @@ mod tmaze;
 
 pub use autoencode::Autoencode;
 pub use count_recall::CountRecall;
+pub use forecast::Forecast;
+pub(super) use forecast::LONGEST_FORECAST;
 pub(super) use memory_chain::MOST_BITS;
 pub use memory_chain::MemoryChain;
 pub use positions::PositionOnly;

@@ -211,9 +211,10 @@ mod tests {
         assert_eq!(scene.meshes[0].triangles.len(), 4);
         let hill = &scene.meshes[1];
         assert_eq!((hill.points.len(), hill.triangles.len()), (6, 4));
+        // The first row of the text is the farthest along y.
         assert_eq!(
-            hill.points[3].map(f32::to_bits),
-            [-1.0f32, 2.0, 0.5].map(f32::to_bits)
+            [hill.points[0], hill.points[3]].map(|point| point.map(f32::to_bits)),
+            [[-1.0f32, -2.0, 0.5], [-1.0, 2.0, 0.0]].map(|point| point.map(f32::to_bits))
         );
         let mut data = MjData::new(Arc::clone(&model));
         data.forward();
