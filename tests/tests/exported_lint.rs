@@ -16,7 +16,7 @@ fn sources(folder: &std::path::Path) -> Vec<PathBuf> {
         .map(|(name, _)| {
             (
                 format!("golden_{name}"),
-                golden::path(&format!("v1/{name}.tpg")),
+                golden::path(&format!("v3/{name}.tpg")),
             )
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use tpg_runtime::isa::{Destination, Form, REGISTERS};
+use tpg_runtime::isa::{Destination, Form, Operand, REGISTERS};
 use tpg_runtime::tables::{Instruction, Program, Section, Team};
 
 use super::plan::{Function, Plan};
@@ -95,12 +95,14 @@ impl Plan<'_> {
         registers
     }
 
-    /// Whether an instruction does anything in a function. A write to memory that nothing reads does not.
+    /// Whether an instruction does anything in a function. A write to memory that nothing reads does not, nor does a move
+    /// of a register to itself.
     pub(super) fn has_effect(&self, function: Function, i: &Instruction) -> bool {
         let keeps = |team: u16, section| self.teams[usize::from(team)].record.kept(section) != 0;
         match (i.op.form(), i.op.section()) {
             (Form::Write, Some(section)) => function.team.is_some_and(|team| keeps(team, section)),
             (Form::WriteCells, _) => !self.cells.is_empty(),
+            (Form::Move, _) => i.op.operands()[0] == Operand::Cell || i.a != i.d,
             _ => true,
         }
     }

@@ -190,7 +190,9 @@ impl<'d> Program<'d> {
             })
         } else {
             // Addresses within a function that stand in constant data belong to a switch.
-            let switches = self.constants.range(function + 1..end).next().is_some();
+            // A name may stand where no code follows.
+            let inside = function + 1..end.max(function + 1);
+            let switches = self.constants.range(inside).next().is_some();
             riscv::decode(function, bytes, switches)
         };
         match code.dynamic {

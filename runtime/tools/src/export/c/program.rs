@@ -296,7 +296,7 @@ pub(super) fn helper(op: Op) -> Option<String> {
         Form::Fill => each("a"),
         Form::FillRows => square("a[c]"),
         Form::FillColumns => square("a[r]"),
-        Form::Latch => format!("if (op_opens(a)) {{\n        {}\n    }}", each("b[k]")),
+        Form::Latch => format!("if (a > 0.0f) {{\n        {}\n    }}", each("b[k]")),
         _ => return None,
     };
     let kind = |operand| {

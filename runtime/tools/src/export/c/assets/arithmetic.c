@@ -49,9 +49,7 @@ static inline float op_cond(float old, float x, float y) { return old < x ? -y :
 
 static inline float op_same(float x) { return x; }
 
-static inline int op_opens(float x) { return x > 0.0f; }
-
-static inline float op_latch(float old, float x, float y) { return op_opens(x) ? y : old; }
+static inline float op_latch(float old, float x, float y) { return x > 0.0f ? y : old; }
 
 static inline float op_classic_add(float x, float y) { return limited(x + y); }
 
