@@ -67,9 +67,12 @@ fn commands(code: &str) -> Vec<Vec<String>> {
         let line = line.split(" #").next().unwrap_or_default();
         for command in line.split(['|', ';', '&', '`', '(', ')']) {
             let mut words = command.split_whitespace();
-            if words
-                .by_ref()
-                .any(|word| ["tpg", "$tpg", "target/release/tpg"].contains(&word))
+            // A script may take the program as an argument.
+            let is_script = command.trim_start().starts_with("scripts/");
+            if !is_script
+                && words
+                    .by_ref()
+                    .any(|word| ["tpg", "$tpg", "target/release/tpg"].contains(&word))
             {
                 commands.push(words.map(|word| word.replace(['\'', '"'], "")).collect());
             }
