@@ -129,17 +129,20 @@ impl Page {
 #[must_use]
 pub fn settings(config: &Config) -> Vec<Setting> {
     let (here, defaults) = (Toml::try_from(config).unwrap_or_default(), default_table());
-    let defaults = leaves(&defaults, "");
-    let default_of = |key: &str, value: &Value| {
-        let default = defaults.iter().find(|(name, _)| name == key)?.1;
-        (default != value).then(|| default.to_string())
+    let (here, defaults) = (leaves(&here, ""), leaves(&defaults, ""));
+    let find = |values: &[(String, &Value)], key: &str| {
+        let found = values.iter().find(|(name, _)| name == key);
+        found.map(|(_, value)| value.to_string())
     };
-    let setting = |(key, value): (String, &Value)| Setting {
-        default: default_of(&key, value),
+    let setting = |(key, value): &(String, &Value)| Setting {
+        key: key.clone(),
         value: value.to_string(),
-        key,
+        default: find(&defaults, key).filter(|default| *default != value.to_string()),
     };
-    leaves(&here, "").into_iter().map(setting).collect()
+    // A configuration leaves out parts that are as usual.
+    let usual = defaults.iter();
+    let usual = usual.filter(|(key, _)| find(&here, key).is_none());
+    here.iter().chain(usual).map(setting).collect()
 }
 
 /// A number of six digits, so that a page stays small; `None` for what is not finite.
