@@ -30,7 +30,7 @@
 //! | `small-code` | half the flash for vectors and matrices, but slower; results stay the same | off |
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about, and `health` watches sensors with it; results stay the same | off |
 //! | `any-width` | compiles agents of any width once, in this crate, which programs of several crates build faster by | off |
-//! | `std` | takes square roots from the standard library, so that norms of columns take half the time; results stay the same | off |
+//! | `std` | takes square roots from the standard library, which compilers turn into vectors; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `defmt` | `defmt::Format` for actions, decisions and errors | off |
 //! | `serde` | `Serialize` for actions, decisions and errors, and `Deserialize` for those that borrow nothing | off |

@@ -180,7 +180,8 @@ fn check_interrupt() -> Result<(), BridgeError> {
     Ok(())
 }
 
-fn is_wait(error: &io::Error) -> bool {
+/// Whether an error only says that there is nothing to read, or no room to write, by now.
+pub(crate) fn is_wait(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted

@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::error::BridgeError;
+use crate::listen::is_wait;
 
 /// Bits per second of a tty by default.
 const RATE: u32 = 115_200;
@@ -194,13 +195,6 @@ impl Port {
             source,
         }
     }
-}
-
-fn is_wait(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
-    )
 }
 
 #[cfg(test)]
