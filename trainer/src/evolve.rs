@@ -1,5 +1,6 @@
 //! Evolution: makes a population from a population, its scores and a random stream. Knows no tasks and scores nothing.
 
+mod check;
 mod constants;
 mod dataflow;
 mod fit;
@@ -15,6 +16,8 @@ mod rewrite;
 mod select;
 mod vary;
 
+pub(crate) use check::LARGEST_COUNT;
+pub use check::PopulationError;
 pub use constants::Constants;
 pub(crate) use constants::members;
 pub(crate) use dataflow::{

@@ -38,6 +38,11 @@ impl Population {
         &self.programs[&program_id]
     }
 
+    /// Whether there is a team of this id.
+    pub(crate) fn has_team(&self, team_id: TeamId) -> bool {
+        self.teams.contains_key(&team_id)
+    }
+
     /// Number of teams, roots and inner ones.
     #[must_use]
     pub fn team_count(&self) -> usize {
@@ -109,7 +114,7 @@ impl Population {
     }
 
     /// Whether every team and program that is named exists.
-    pub(crate) fn is_closed(&self) -> bool {
+    pub(super) fn is_closed(&self) -> bool {
         let leads_somewhere = |program: &Arc<Program>| match program.action {
             Action::Team(target) => self.teams.contains_key(&target),
             Action::Atomic(_) => true,

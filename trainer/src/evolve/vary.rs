@@ -391,6 +391,7 @@ mod tests {
                 &[],
             );
             assert_eq!(population.roots.len(), params.population as usize);
+            assert_eq!(population.check(genes), Ok(()));
             for (id, team) in &population.teams {
                 let sound = population.is_team(&team.members, &genes.shape);
                 assert!(sound, "{id:?} lacks an exit or an output");

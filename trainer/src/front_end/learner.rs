@@ -4,11 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use tpg_runtime::front_end::monomials;
 
 use super::fit::Pairs;
 use super::learned::Model;
 use super::record::action_variables;
 use super::{FrontEndParams, LearnedFrontEnd, Moments, Others, Recording, choose};
+use crate::evolve::LARGEST_COUNT;
 use tpg_tasks::task::ActionSpace;
 
 /// One generation may replace at most one in this many of the kept pairs, so that they span several generations.
@@ -55,6 +57,45 @@ impl Learner {
     #[must_use]
     pub fn of(&self, generation: u64) -> Option<&Arc<LearnedFrontEnd>> {
         self.fitted.range(..=generation).next_back().map(|(_, p)| p)
+    }
+
+    /// Whether it can be that of a run with so many inputs and these actions. One that comes from a file may not be.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(&self, inputs: usize, actions: ActionSpace) -> Result<(), &'static str> {
+        let variables = action_variables(actions);
+        let ascending = |columns: &[u16]| {
+            columns.is_sorted_by(|a, b| a < b) && columns.iter().all(|c| usize::from(*c) < inputs)
+        };
+        let fits = |model: &Model| {
+            let columns = model.columns.len();
+            (1..=3).contains(&model.degree)
+                && ascending(&model.columns)
+                && model.coefficients.len()
+                    == columns * monomials(columns + variables, model.degree) as usize
+        };
+        if !self.moments.are_of(inputs) {
+            return Err("its moments are of another observation");
+        }
+        if !self.pairs.len().is_multiple_of(2 * inputs + variables) {
+            return Err("its pairs of observations are cut");
+        }
+        if !self.columns.as_deref().is_none_or(ascending) {
+            return Err("its model describes columns that do not exist");
+        }
+        if self.fitted.is_empty() || self.fitted.keys().any(|from| *from > LARGEST_COUNT) {
+            return Err("it has no front end, or one of a generation that never comes");
+        }
+        for front_end in self.fitted.values() {
+            if front_end.means.len() != inputs || front_end.scales.len() != inputs {
+                return Err("one of its scalings is of another observation");
+            }
+            if !front_end.model.as_ref().is_none_or(fits) {
+                return Err("one of its models has other sizes than it says");
+            }
+        }
+        Ok(())
     }
 
     /// Takes in the recordings of a generation, in the order of individual and episode. Every `refit_every` generations it makes a
@@ -148,7 +189,7 @@ impl Learner {
             weighting: params.weighting,
         };
         let enough = |columns: usize, degree: u8| {
-            let monomials = tpg_runtime::front_end::monomials(columns + actions, degree) as usize;
+            let monomials = monomials(columns + actions, degree) as usize;
             self.pairs.len() / (2 * inputs + actions) >= PAIRS_PER_COEFFICIENT * monomials
         };
         let columns = match &self.columns {

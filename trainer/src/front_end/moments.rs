@@ -24,6 +24,11 @@ impl Moments {
         }
     }
 
+    /// Whether they are of observations of this length.
+    pub(super) fn are_of(&self, inputs: usize) -> bool {
+        self.means.len() == inputs && self.squares.len() == inputs
+    }
+
     /// Forgets everything, in place.
     pub fn clear(&mut self) {
         self.count = 0.0;

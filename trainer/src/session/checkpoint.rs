@@ -172,11 +172,26 @@ fn load_with(
     }
     let stored: Stored = postcard::from_bytes(body).map_err(|why| malformed(path, &why))?;
     let config: Config = toml::from_str(&stored.config).map_err(|why| malformed(path, &why))?;
-    if !stored.state.is_closed() {
-        let why = "it names teams, programs or scores that it does not hold";
-        return Err(malformed(path, &why));
-    }
     let session = make(config, stored.seed).map_err(|why| malformed(path, &why))?;
+    let genes = &session.settings.genes;
+    stored
+        .state
+        .check(genes)
+        .map_err(|why| malformed(path, &why))?;
+    match (&stored.learner, &session.learner) {
+        (Some(learner), Some(_)) => {
+            let inputs = usize::from(genes.shape.inputs);
+            let checked = learner.check(inputs, genes.shape.actions);
+            checked.map_err(|why| malformed(path, &format!("of its front end, {why}")))?;
+        }
+        (None, None) => {}
+        _ => {
+            return Err(malformed(
+                path,
+                &"it has a front end in a run without, or none",
+            ));
+        }
+    }
     Ok(Checkpoint {
         session: Session {
             state: stored.state,

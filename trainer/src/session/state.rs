@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
+use tpg_runtime::isa::INDEXED_CELLS;
 
 use super::race::Race;
 use super::record::Record;
 use super::tuning::Lineage;
-use crate::evolve::{Population, TeamId, rank};
+use crate::evolve::{Genes, LARGEST_COUNT, Population, TeamId, rank};
+
+/// A team is scored at most once in a generation, and no run has so many.
+const MOST_SCORINGS: u32 = u32::MAX / 2;
 
 /// The part of a run that a generation changes, but for the learned front end, which changes when nothing can stop a
 /// generation any more. A generation that is stopped leaves the state as it found it.
@@ -59,14 +63,43 @@ impl State {
         records.min_by(|a, b| rank((a.0, a.1.fitness), (b.0, b.1.fitness)))
     }
 
-    /// Whether everything that is named exists.
-    pub(super) fn is_closed(&self) -> bool {
+    /// Whether a run with these genes can have this state. That of a file may be another.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn check(&self, genes: &Genes) -> Result<(), String> {
+        self.population.check(genes).map_err(|e| e.to_string())?;
         let tuned = self.lineages.iter().flat_map(Lineage::roots);
         let mut roots = tuned
             .chain(self.race.champion)
             .chain(self.population.roots.iter().copied());
         // Before the first generation a given population has no scores.
-        self.population.is_closed()
-            && (self.generation == 0 || roots.all(|root| self.records.contains_key(&root)))
+        if self.generation > 0 && !roots.all(|root| self.records.contains_key(&root)) {
+            return Err("it names roots whose scores it does not hold".into());
+        }
+        if !self
+            .records
+            .keys()
+            .all(|root| self.population.has_team(*root))
+        {
+            return Err("it has scores of teams that it does not hold".into());
+        }
+        if self.generation > LARGEST_COUNT || self.steps > LARGEST_COUNT {
+            return Err("it counts more generations or steps than a run reaches".into());
+        }
+        let memories = self.records.values().filter_map(|r| r.memory.as_ref());
+        if memories
+            .chain(&self.memory)
+            .any(|m| m.len() != INDEXED_CELLS)
+        {
+            return Err("its shared memory has another size".into());
+        }
+        if self.records.values().any(|r| r.scorings > MOST_SCORINGS) {
+            return Err("a team was scored more often than a run can".into());
+        }
+        self.lineages
+            .iter()
+            .try_for_each(|l| l.check())
+            .map_err(str::to_owned)
     }
 }

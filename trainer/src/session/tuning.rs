@@ -8,7 +8,9 @@ use super::Session;
 use super::eval_stats::EvalStats;
 use super::record::Candidate;
 use crate::evaluator::{Batch, Evaluator, EvaluatorError};
-use crate::evolve::{Initial, NewConstants, Team, TeamId, grow, remember, rewrite_constants};
+use crate::evolve::{
+    Initial, LARGEST_COUNT, NewConstants, Team, TeamId, grow, remember, rewrite_constants,
+};
 use crate::lower::{ConstantSite, Mode, Owner, constant_sites, with_constants};
 use crate::tune::{RecentMean, Search, Trial};
 use tpg_tasks::eval::{Domain, episode_seed};
@@ -60,6 +62,19 @@ impl Lineage {
             let score = mean(&scores);
             let before = self.trial_average.unwrap_or(score);
             self.trial_average = Some(before + TRIAL_WEIGHT * (score - before));
+        }
+    }
+
+    /// Whether a run can have it.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(super) fn check(&self) -> Result<(), &'static str> {
+        let counts = self.iterations <= LARGEST_COUNT && self.behind < u32::MAX;
+        if counts && self.mean.is_consistent() {
+            Ok(())
+        } else {
+            Err("one of its tuned agents counts what no run reaches")
         }
     }
 

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::evolve::LARGEST_COUNT;
+
 /// Blocks that are kept at most. The number is even, so that blocks merge in pairs.
 const BLOCKS: usize = 32;
 
@@ -31,6 +33,15 @@ impl RecentMean {
         if let Some(block) = self.blocks.last_mut() {
             add(block, iterate.iter().map(|x| f64::from(*x)));
         }
+    }
+
+    /// Whether iterates can have made it.
+    pub(crate) fn is_consistent(&self) -> bool {
+        let length = self.blocks.first().map_or(0, Vec::len);
+        self.blocks.len() <= BLOCKS
+            && self.blocks.iter().all(|block| block.len() == length)
+            && self.length <= LARGEST_COUNT / BLOCKS as u64
+            && self.open <= self.length
     }
 
     /// Joins neighbouring blocks. All are full, and their number is even.
