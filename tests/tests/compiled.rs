@@ -48,6 +48,9 @@ fn policies() -> Vec<(String, Vec<u8>)> {
             ));
         }
     }
+    for (name, draft) in samples::large() {
+        policies.push((format!("golden_{}", name.replace('-', "_")), draft.encode()));
+    }
     for (name, draft) in samples::perceiving() {
         let name = format!("golden_{}", name.replace('-', "_"));
         let file = draft.encode();

@@ -155,6 +155,10 @@ fn check_initial(
         let why = "needs policy.register-mode = \"stateful\", to remember the last observation";
         return Err(ConfigError::text(key, name, why));
     }
+    if initial == Initial::LinearHistory && policy_spec.shape.output_registers().len() > 1 {
+        let why = "needs a policy.width of at least the number of outputs; take \"linear\"";
+        return Err(ConfigError::text(key, name, why));
+    }
     Ok(())
 }
 

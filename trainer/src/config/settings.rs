@@ -1,5 +1,6 @@
 //! A configuration whose meaning has been checked, in the types that evolution and scoring use.
 
+use tpg_runtime::MAX_WIDTH;
 use tpg_runtime::blob::{InitialValues, MemoryModel};
 use tpg_runtime::isa::Op;
 
@@ -212,13 +213,17 @@ fn shape(policy: &PolicyConfig, inputs: usize, actions: ActionSpace) -> Result<S
     };
     let inputs = u16::try_from(inputs).unwrap_or(u16::MAX);
     let width = match policy.width {
-        0 => inputs.min(tpg_runtime::MAX_WIDTH).max(outputs),
+        0 => inputs.max(outputs).min(MAX_WIDTH),
         width => width,
     };
-    if width < outputs || width > tpg_runtime::MAX_WIDTH {
+    if width > MAX_WIDTH {
+        let why = format!("the vector width is at most {MAX_WIDTH}");
+        return Err(ConfigError::value("policy.width", width, why));
+    }
+    let most = Shape::most_outputs(width, policy.action_programs);
+    if outputs > most {
         let why = format!(
-            "the vector width must lie between the {outputs} outputs and {}",
-            tpg_runtime::MAX_WIDTH
+            "policies of this width have at most {most} outputs, and the task has {outputs}"
         );
         return Err(ConfigError::value("policy.width", width, why));
     }
