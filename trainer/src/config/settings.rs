@@ -35,6 +35,8 @@ pub struct Settings {
     pub episodes: u32,
     /// Best teams that are scored again in each generation.
     pub elites: u32,
+    /// Episodes after which a new team that lies far behind plays no more; 0: none is dropped.
+    pub drop_after: u32,
     /// What of the reward the fitness of training counts.
     pub shaping: Shaping,
     /// Control steps after which training episodes end. 0 stands for the task's own limit, which holds in any case.
@@ -140,6 +142,7 @@ impl Settings {
             wipe_on_fall: policy.reset_scope == Resets::OnFall,
             episodes: config.evaluation.episodes,
             elites: config.evaluation.elites,
+            drop_after: config.evaluation.drop_after,
             shaping: config.evaluation.shaping,
             max_steps: config.evaluation.max_steps,
             curriculum: config.evaluation.curriculum,
