@@ -1,5 +1,6 @@
 //! Shows policies in readable form: programs as text, the graph in DOT or SVG.
 
+mod cards;
 mod constants;
 mod graph;
 mod memory;
@@ -13,7 +14,8 @@ use tpg_runtime::blob::ActionKind;
 use tpg_runtime::isa::Operand;
 use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, TeamId};
 
-pub use graph::{dot, svg};
+pub use cards::{Wins, svg};
+pub use graph::dot;
 pub use names::inputs_used;
 
 use names::{Names, output_name};
@@ -46,27 +48,38 @@ fn write_policy(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
         memory::write(out, policy, &team)?;
     }
     for number in 0..policy.header().programs {
-        let Some(program) = tables.program(ProgramId(number)) else {
-            continue;
-        };
-        let names = Names::new(policy, &program);
-        writeln!(
-            out,
-            "\nprogram {number} -> {}",
-            target(policy, &program, &names)
-        )?;
-        let used = inputs_used(policy, tables.code(&program));
-        if !used.is_empty() {
-            writeln!(out, "  ; inputs {}", used.join(", "))?;
-        }
-        constants::write(out, policy, &program, &names)?;
-        let code = tables.code(&program).iter();
-        for instruction in code.filter_map(Instruction::from_bytes) {
-            writeln!(out, "  {}", notation(&instruction, &names))?;
-        }
-        writeln!(out, "  bid s0")?;
+        writeln!(out)?;
+        write_program(out, policy, number)?;
     }
     Ok(())
+}
+
+/// One program as [`disassemble`] writes it.
+fn program_text(policy: &Policy<'_>, number: u16) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_program(&mut text, policy, number);
+    text
+}
+
+fn write_program(out: &mut String, policy: &Policy<'_>, number: u16) -> fmt::Result {
+    let tables = policy.tables();
+    let Some(program) = tables.program(ProgramId(number)) else {
+        return Ok(());
+    };
+    let names = Names::new(policy, &program);
+    let target = target(policy, &program, &names);
+    writeln!(out, "program {number} -> {target}")?;
+    let used = inputs_used(policy, tables.code(&program));
+    if !used.is_empty() {
+        writeln!(out, "  ; inputs {}", used.join(", "))?;
+    }
+    constants::write(out, policy, &program, &names)?;
+    let code = tables.code(&program).iter();
+    for instruction in code.filter_map(Instruction::from_bytes) {
+        writeln!(out, "  {}", notation(&instruction, &names))?;
+    }
+    writeln!(out, "  bid s0")
 }
 
 /// The program's target, with the registers that hold a continuous action.
