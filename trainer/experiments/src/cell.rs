@@ -40,7 +40,7 @@ pub fn run(
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<Row>, Failure> {
     let work = folder.work(cell);
-    let (mut session, mut run_folder) = open(&work, cell)?;
+    let (mut session, mut run_folder) = open(&work, cell, experiment.threads)?;
     let pool = session
         .pool(experiment.threads)
         .or_usage("bad configuration")?;
@@ -61,7 +61,7 @@ pub fn run(
 }
 
 /// The run that lies in the folder, or a new one.
-fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
+fn open(work: &Path, cell: &Cell, threads: usize) -> Result<(Session, RunFolder), Failure> {
     if work.join("checkpoint").exists() {
         match RunFolder::open(work, false) {
             Ok((run_folder, session, _)) if is_of(&session, cell) => {
@@ -88,6 +88,8 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
         budget: cell.budget,
         command: std::env::args().collect(),
         keep: Keep::default(),
+        threads,
+        commit: None,
     };
     let run_folder = RunFolder::create(work, &session, origin).map_err(Failure::of)?;
     Ok((session, run_folder))
