@@ -8,6 +8,7 @@ mod config;
 mod convert;
 mod eval;
 mod experiment;
+mod explain;
 mod export;
 mod external;
 mod footprint;
@@ -61,6 +62,8 @@ enum Verb {
     Sign(sign::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
+    /// Say which inputs a policy's score owes something to, which programs act when, and which memory they use.
+    Explain(explain::Args),
     /// Write a policy as source code, in Rust or C, that decides alike.
     Export(export::Args),
     /// Build firmware for a policy, run it on an emulated board and say what it takes.
@@ -90,6 +93,7 @@ fn main() -> ExitCode {
         Verb::Convert(args) => convert::run(&args),
         Verb::Sign(args) => sign::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
+        Verb::Explain(args) => explain::run(args),
         Verb::Export(args) => export::run(&args),
         Verb::Footprint(args) => footprint::run(&args),
         Verb::Experiment(args) => experiment::run(&args),
