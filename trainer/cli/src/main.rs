@@ -6,6 +6,7 @@
 mod completions;
 mod config;
 mod convert;
+mod doctor;
 mod eval;
 mod experiment;
 mod explain;
@@ -76,6 +77,8 @@ enum Verb {
     Presets(presets::Args),
     /// Print every key of a configuration with its meaning, its default and its value.
     Config(config::Args),
+    /// Say what of this machine works with this program, and what to do about the rest.
+    Doctor(doctor::Args),
     /// Print a script that lets a shell complete the words of this command.
     Completions(completions::Args),
     /// Write manual pages, one for each verb.
@@ -100,6 +103,7 @@ fn main() -> ExitCode {
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
         Verb::Config(args) => config::run(&args),
+        Verb::Doctor(args) => doctor::run(&args),
         Verb::Completions(args) => completions::run(&args, Cli::command()),
         Verb::Man(args) => man::run(&args, Cli::command()),
     };
