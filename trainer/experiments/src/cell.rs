@@ -12,8 +12,11 @@ use tpg_runtime::Policy;
 
 use crate::file::{Cell, Experiment};
 use crate::folder::{FORMAT, Folder};
-use crate::row::{CurvePoint, Row, TableError, read_table, write_accesses, write_curve, write_row};
-use crate::score::test;
+use crate::row::{
+    CurvePoint, Row, TableError, read_table, write_ablations, write_accesses, write_curve,
+    write_row,
+};
+use crate::score::{forgetting, test};
 use tpg_tasks::console::note;
 use tpg_tasks::eval::Episode;
 use tpg_tasks::exit_status::{Failure, Fault as _};
@@ -159,7 +162,7 @@ impl CpuLog {
     }
 }
 
-/// Tests the champion and writes accesses, learning curve and row, in this order: a row means that all is there.
+/// Tests the champion and writes its tables, the learning curve and last the row: a row means that all is there.
 fn write(
     experiment: &Experiment,
     folder: &Folder,
@@ -179,6 +182,10 @@ fn write(
     }
     if cell.has_memory {
         write_accesses(&files.accesses, &tested.accesses)?;
+    }
+    let ablations = forgetting(session, cell.seed, experiment.test_episodes)?;
+    if !ablations.is_empty() {
+        write_ablations(&files.ablations, &ablations)?;
     }
     write_curve(&files.curve, &curve(&folder.work(cell))?)?;
     let blob = session.export_champion()?;

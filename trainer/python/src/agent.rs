@@ -8,9 +8,40 @@ use tpg_runtime::{
     AnyWidth, Capacities, Decision, ObservationError, Policy, Reset, SliceAgent, Slices,
 };
 
-/// The file of a policy and the memory of an agent that executes it.
+self_cell!(
+    /// A sound policy with its bytes. Agents share it, since checking it takes longer than many decisions.
+    pub(crate) struct Loaded {
+        owner: Arc<[u8]>,
+
+        #[covariant]
+        dependent: Policy,
+    }
+);
+
+impl Loaded {
+    /// Checks the bytes of a policy.
+    ///
+    /// # Errors
+    /// Why they are no sound policy, in words.
+    pub(crate) fn check(blob: Arc<[u8]>) -> Result<Arc<Self>, String> {
+        let loaded = Loaded::try_new(blob, |blob| Policy::load(blob));
+        Ok(Arc::new(loaded.map_err(|error| error.to_string())?))
+    }
+
+    /// The policy.
+    pub(crate) fn policy(&self) -> &Policy<'_> {
+        self.borrow_dependent()
+    }
+
+    /// Its bytes.
+    pub(crate) fn blob(&self) -> &Arc<[u8]> {
+        self.borrow_owner()
+    }
+}
+
+/// A policy and the memory of an agent that executes it.
 struct Owner {
-    blob: Arc<[u8]>,
+    loaded: Arc<Loaded>,
     state: MutBorrow<State>,
 }
 
@@ -32,17 +63,16 @@ self_cell!(
     }
 );
 
-/// An agent of a policy. The policy's bytes may be shared with others.
+/// An agent of a policy that others may share.
 pub(crate) struct Agent(Cell);
 
 impl Agent {
     /// Makes an agent, reset with seed 0.
     ///
     /// # Errors
-    /// Why the bytes are no sound policy, in words.
-    pub(crate) fn new(blob: Arc<[u8]>) -> Result<Self, String> {
-        let policy = Policy::load(&blob).map_err(|error| error.to_string())?;
-        let needed = Capacities::needed_by(policy.header());
+    /// None that can happen, since the agent is as large as the policy needs.
+    pub(crate) fn new(loaded: Arc<Loaded>) -> Result<Self, String> {
+        let needed = Capacities::needed_by(loaded.policy().header());
         let state = State {
             words: vec![0.0; needed.words],
             bids: vec![0.0; needed.programs],
@@ -50,11 +80,10 @@ impl Agent {
             streams: vec![Pcg32::new(0, 0); needed.streams],
         };
         let owner = Owner {
-            blob,
+            loaded,
             state: MutBorrow::new(state),
         };
         let cell = Cell::try_new(owner, |owner| {
-            let policy = Policy::load(&owner.blob).map_err(|error| error.to_string())?;
             let state = owner.state.borrow_mut();
             let slices = Slices {
                 words: &mut state.words,
@@ -62,19 +91,20 @@ impl Agent {
                 visited: &mut state.visited,
                 streams: &mut state.streams,
             };
+            let policy = *owner.loaded.policy();
             SliceAgent::new_in(policy, slices).map_err(|error| error.to_string())
         })?;
         Ok(Agent(cell))
     }
 
-    /// The policy's bytes.
-    pub(crate) fn blob(&self) -> &Arc<[u8]> {
-        &self.0.borrow_owner().blob
+    /// The policy with its bytes.
+    pub(crate) fn loaded(&self) -> &Arc<Loaded> {
+        &self.0.borrow_owner().loaded
     }
 
-    /// Looks at the policy.
-    pub(crate) fn with_policy<T>(&self, look: impl FnOnce(&Policy<'_>) -> T) -> T {
-        self.0.with_dependent(|_, agent| look(agent.policy()))
+    /// The policy.
+    pub(crate) fn policy(&self) -> &Policy<'_> {
+        self.loaded().policy()
     }
 
     /// Begins an agent's evaluation or one of its episodes.
@@ -104,9 +134,9 @@ impl Agent {
     /// Another agent in the same state.
     ///
     /// # Errors
-    /// None that can happen, since the policy was loaded before.
+    /// None that can happen, as for [`Agent::new`].
     pub(crate) fn copy(&self) -> Result<Self, String> {
-        let mut copy = Agent::new(self.blob().clone())?;
+        let mut copy = Agent::new(self.loaded().clone())?;
         self.0.with_dependent(|_, agent| {
             copy.0
                 .with_dependent_mut(|_, copy| copy.copy_state(agent))

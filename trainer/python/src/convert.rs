@@ -64,17 +64,18 @@ impl<'py> Numbers<'py> {
         }
     }
 
-    /// The numbers in C order, those of float64 rounded once. `take` gets them.
+    /// Writes the numbers in C order to `out`, those of float64 rounded once.
     pub(crate) fn rounded_into(&self, out: &mut Vec<f32>) {
         out.clear();
+        // The slice of a view, unlike that of the array itself, is there for C order alone and not for Fortran's.
         match self {
-            Numbers::F32(array) => match array.as_slice() {
-                Ok(slice) => out.extend_from_slice(slice),
-                Err(_) => out.extend(array.as_array().iter()),
+            Numbers::F32(array) => match array.as_array().as_slice() {
+                Some(slice) => out.extend_from_slice(slice),
+                None => out.extend(array.as_array().iter()),
             },
-            Numbers::F64(array) => match array.as_slice() {
-                Ok(slice) => out.extend(slice.iter().map(|x| *x as f32)),
-                Err(_) => out.extend(array.as_array().iter().map(|x| *x as f32)),
+            Numbers::F64(array) => match array.as_array().as_slice() {
+                Some(slice) => out.extend(slice.iter().map(|x| *x as f32)),
+                None => out.extend(array.as_array().iter().map(|x| *x as f32)),
             },
         }
     }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
 
-use tpg_runtime::Policy;
 use tpg_tasks::eval::Episode;
 use tpg_tasks::task::{Spec, Wrappers};
 use tpg_trainer::evaluator::{Alone, AloneScore, Batch, Evaluator, EvaluatorError, Split};
@@ -11,6 +10,7 @@ use tpg_trainer::front_end::Recording;
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::session::GenerationReport;
 
+use crate::agent::Loaded;
 use crate::batch::{Answer, Asked};
 
 /// What the thread that evolves says.
@@ -55,23 +55,23 @@ impl Evaluator for Asking {
 
     fn score(&mut self, batch: &Batch<'_>) -> Result<Vec<Option<Vec<Episode>>>, EvaluatorError> {
         let policies = batch.expected.len();
-        let (mut blobs, mut numbers) = (Vec::new(), Vec::new());
+        let (mut asked_for, mut numbers) = (Vec::new(), Vec::new());
         for number in 0..policies {
             if self.monitor.stopped() {
                 return Err(EvaluatorError::Stopped);
             }
-            let blob = (batch.make)(number).filter(|blob| Policy::load(blob).is_ok());
-            if let Some(blob) = blob {
-                blobs.push(Arc::from(blob));
+            let blob = (batch.make)(number);
+            if let Some(policy) = blob.and_then(|blob| Loaded::check(blob.into()).ok()) {
+                asked_for.push(policy);
                 numbers.push(number);
             }
         }
         let mut scored = vec![None; policies];
-        if blobs.is_empty() {
+        if asked_for.is_empty() {
             return Ok(scored);
         }
         let answer = self.ask(Asked {
-            blobs,
+            policies: asked_for,
             expected: numbers.iter().map(|k| batch.expected[*k]).collect(),
             episodes: batch.episodes,
             episode_seeds: batch.episode_seeds.to_vec(),
@@ -95,11 +95,11 @@ impl Evaluator for Asking {
         if self.monitor.stopped() {
             return Err(EvaluatorError::Stopped);
         }
-        if Policy::load(alone.blob).is_err() {
+        let Ok(policy) = Loaded::check(alone.blob.into()) else {
             return Ok(None);
-        }
+        };
         let answer = self.ask(Asked {
-            blobs: vec![Arc::from(alone.blob)],
+            policies: vec![policy],
             expected: vec![0.0],
             episodes: alone.episode_seeds.len(),
             episode_seeds: alone.episode_seeds.to_vec(),

@@ -21,13 +21,14 @@ use tpg_trainer::session::{
     Budget, GenerationReport, LogMark, Session, SessionError, Snapshot, load_external,
 };
 
-use crate::batch::{Answer, Asked, Batch, Rollout};
+use crate::batch::{Answer, Asked, Batch};
 use crate::convert::{bad_value, failed, text};
 use crate::evaluator::{Asking, Event};
+use crate::rollout::Rollout;
 use crate::task::{Described, in_words, spec};
 
 /// How often a wait looks whether Python was interrupted.
-const LOOK_EVERY: Duration = Duration::from_millis(100);
+pub(crate) const LOOK_EVERY: Duration = Duration::from_millis(100);
 
 /// What is known of the run since its last complete generation.
 struct Latest {

@@ -7,7 +7,9 @@ mod batch;
 mod convert;
 mod evaluator;
 mod evolution;
+mod native;
 mod policy;
+mod rollout;
 mod statistics;
 mod task;
 
@@ -18,8 +20,10 @@ fn _tpg(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<policy::Policy>()?;
     module.add_class::<batch::Batch>()?;
-    module.add_class::<batch::Rollout>()?;
+    module.add_class::<rollout::Rollout>()?;
     module.add_class::<evolution::Evolution>()?;
     module.add_function(wrap_pyfunction!(evolution::preset_names, module)?)?;
+    module.add_function(wrap_pyfunction!(native::score_native, module)?)?;
+    module.add_function(wrap_pyfunction!(native::task_names, module)?)?;
     module.add_function(wrap_pyfunction!(statistics::bootstrap_mean, module)?)
 }

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{
-    IntoPyArray as _, PyArray1, PyArrayMethods as _, PyReadonlyArray2, PyUntypedArrayMethods as _,
-};
+use numpy::{IntoPyArray as _, PyArray1, PyArrayMethods as _};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -13,8 +11,9 @@ use tpg_runtime::{Action, Capacities, HostAgent, Reset};
 use tpg_tasks::score::header_actions;
 use tpg_tasks::task::{ActionSpace, Spec};
 use tpg_tools::export;
+use tpg_trainer::evaluator::Split;
 
-use crate::agent::Agent;
+use crate::agent::{Agent, Loaded};
 use crate::convert::{Numbers, check_shape, flags};
 
 /// What an action looks like to Python.
@@ -86,39 +85,33 @@ pub(crate) struct Policy {
 
 impl Policy {
     fn of(blob: Arc<[u8]>) -> Result<Self, String> {
-        let agent = Agent::new(blob)?;
-        let (observation_len, kind) = agent.with_policy(|policy| {
-            let header = policy.header();
-            (
-                usize::from(header.observation_len),
-                Kind::of(header_actions(header)),
-            )
-        });
+        let agent = Agent::new(Loaded::check(blob)?)?;
+        let header = agent.policy().header();
         Ok(Policy {
+            observation_len: usize::from(header.observation_len),
+            kind: Kind::of(header_actions(header)),
             agent,
             rows: Vec::new(),
-            observation_len,
-            kind,
             instructions: 0,
             buffer: Vec::new(),
         })
     }
 
-    pub(crate) fn blob(&self) -> Arc<[u8]> {
-        self.agent.blob().clone()
+    pub(crate) fn loaded(&self) -> &Arc<Loaded> {
+        self.agent.loaded()
     }
 
-    /// Whether every episode starts from a full reset.
-    pub(crate) fn episodes_are_independent(&self) -> bool {
-        self.agent
-            .with_policy(|policy| policy.header().reset_scope.at_episode() == (true, true))
+    /// How far its episodes can be split: into single ones if each starts from a full reset.
+    pub(crate) fn split(&self) -> Split {
+        match self.agent.policy().header().reset_scope.at_episode() {
+            (true, true) => Split::Episodes,
+            _ => Split::Agents,
+        }
     }
 
     /// Refuses a task that offers other inputs or takes other actions.
     pub(crate) fn check_fit(&self, inputs: usize, spec: &Spec) -> PyResult<()> {
-        let own = self
-            .agent
-            .with_policy(|policy| header_actions(policy.header()));
+        let own = header_actions(self.agent.policy().header());
         let misfit = |policy: String, task: String| {
             Err(PyValueError::new_err(format!(
                 "the policy does not fit {}: it {policy}, the environment {task}",
@@ -136,14 +129,12 @@ impl Policy {
     }
 
     fn channels(&self) -> Vec<(String, String)> {
-        self.agent.with_policy(|policy| {
-            let lines = policy.tables().labels.lines();
-            let channel = |line: &str| {
-                let (name, unit) = line.split_once('\t').unwrap_or((line, ""));
-                (name.to_owned(), unit.to_owned())
-            };
-            lines.map(channel).collect()
-        })
+        let lines = self.agent.policy().tables().labels.lines();
+        let channel = |line: &str| {
+            let (name, unit) = line.split_once('\t').unwrap_or((line, ""));
+            (name.to_owned(), unit.to_owned())
+        };
+        lines.map(channel).collect()
     }
 }
 
@@ -207,8 +198,8 @@ impl Policy {
                     seeds.len()
                 )));
             }
-            let blob = self.agent.blob();
-            let made = seeds.iter().map(|_| Agent::new(blob.clone())).collect();
+            let loaded = self.agent.loaded();
+            let made = seeds.iter().map(|_| Agent::new(loaded.clone())).collect();
             self.rows = Result::map_err(made, PyRuntimeError::new_err)?;
         }
         let what = if agent { Reset::Agent } else { Reset::Episode };
@@ -266,21 +257,18 @@ impl Policy {
     fn _replay(
         &self,
         py: Python<'_>,
-        observations: PyReadonlyArray2<'_, f32>,
+        observations: &Bound<'_, PyAny>,
         seed: u64,
     ) -> PyResult<Py<PyAny>> {
-        let blob = self.blob();
         let wrong = |error: &dyn std::error::Error| PyValueError::new_err(error.to_string());
-        let policy = tpg_runtime::Policy::load(&blob).map_err(|error| wrong(&error))?;
-        let mut agent = Box::new(HostAgent::new(policy).map_err(|error| wrong(&error))?);
+        let agent = HostAgent::new(*self.agent.policy());
+        let mut agent = Box::new(agent.map_err(|error| wrong(&error))?);
         agent.reset(Reset::Agent, seed);
-        let rows = observations.shape()[0];
-        let mut actions = Actions::new(self.kind, rows);
-        for (row, observation) in observations
-            .as_slice()?
-            .chunks(self.observation_len)
-            .enumerate()
-        {
+        let mut numbers = Vec::new();
+        Numbers::new(observations, "observations")?.rounded_into(&mut numbers);
+        let rows = numbers.chunks_exact(self.observation_len);
+        let mut actions = Actions::new(self.kind, rows.len());
+        for (row, observation) in rows.enumerate() {
             let decision = agent.decide(observation).map_err(|error| wrong(&error))?;
             actions.set(row, decision.action);
         }
@@ -288,24 +276,22 @@ impl Policy {
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, self.agent.blob())
+        PyBytes::new(py, self.loaded().blob())
     }
 
     /// Source code: the texts of header and source in C, or of a Rust module.
     fn _export_c(&self, name: &str) -> (String, String) {
-        let module = self
-            .agent
-            .with_policy(|policy| export::c(policy, name, "tpg.Policy.export_c in Python"));
+        let made_by = "tpg.Policy.export_c in Python";
+        let module = export::c(self.agent.policy(), name, made_by);
         (module.header, module.source)
     }
 
     fn _export_rust(&self) -> String {
-        self.agent
-            .with_policy(|policy| export::rust(policy, "tpg.Policy.export_rust in Python"))
+        export::rust(self.agent.policy(), "tpg.Policy.export_rust in Python")
     }
 
     fn disassemble(&self) -> String {
-        self.agent.with_policy(tpg_tools::disassemble::disassemble)
+        tpg_tools::disassemble::disassemble(self.agent.policy())
     }
 
     #[getter]
@@ -316,9 +302,8 @@ impl Policy {
     /// Number of actions, or of values of an action; whether they are indices; the bounds of values.
     #[getter]
     fn _actions(&self) -> (usize, bool, f32, f32) {
-        let (low, high) = self
-            .agent
-            .with_policy(|policy| (policy.header().action_low, policy.header().action_high));
+        let header = self.agent.policy().header();
+        let (low, high) = (header.action_low, header.action_high);
         match self.kind {
             Kind::Discrete(count) => (count, true, low, high),
             Kind::Continuous(len) => (len, false, low, high),
@@ -333,30 +318,23 @@ impl Policy {
 
     #[getter]
     fn task(&self) -> String {
-        self.agent
-            .with_policy(|policy| policy.tables().task.to_owned())
+        self.agent.policy().tables().task.to_owned()
     }
 
     #[getter]
     fn observability(&self) -> String {
-        self.agent
-            .with_policy(|policy| policy.tables().observability.to_owned())
+        self.agent.policy().tables().observability.to_owned()
     }
 
     #[getter]
     fn period(&self) -> f64 {
-        let micros = self
-            .agent
-            .with_policy(|policy| policy.header().control_period_us);
-        f64::from(micros) / 1e6
+        f64::from(self.agent.policy().header().control_period_us) / 1e6
     }
 
     #[getter]
     fn provenance(&self) -> String {
-        self.agent.with_policy(|policy| {
-            let bytes = policy.header().provenance;
-            bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-        })
+        let bytes = self.agent.policy().header().provenance;
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     #[getter]
@@ -372,13 +350,12 @@ impl Policy {
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        self.agent.with_policy(|policy| {
-            let (header, bounds) = (policy.header(), policy.bounds());
-            dict.set_item("instructions", bounds.instructions)?;
-            dict.set_item("teams", header.teams)?;
-            dict.set_item("programs", header.programs)?;
-            dict.set_item("state_bytes", Capacities::needed_by(header).state_bytes())
-        })?;
+        let policy = self.agent.policy();
+        let (header, bounds) = (policy.header(), policy.bounds());
+        dict.set_item("instructions", bounds.instructions)?;
+        dict.set_item("teams", header.teams)?;
+        dict.set_item("programs", header.programs)?;
+        dict.set_item("state_bytes", Capacities::needed_by(header).state_bytes())?;
         Ok(dict)
     }
 }

@@ -67,6 +67,17 @@ def test_a_batch_decides_as_its_rows_do(champion):
         assert same_bits(batched[:, k], alone.astype(batched.dtype))
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_batch_in_another_order_of_memory_decides_alike(champion, dtype):
+    rows = observations(champion, 12).astype(dtype)
+    decided = []
+    for batch in (rows, np.asfortranarray(rows), np.repeat(rows, 2, axis=0)[::2], rows[::-1][::-1]):
+        champion.reset_batch(range(len(rows)))
+        decided.append(champion.act_batch(batch))
+    for other in decided[1:]:
+        assert same_bits(other, decided[0])
+
+
 def test_a_mask_resets_its_rows_alone():
     policy = champion_of("hopper-b23")
     rows = observations(policy, 30)

@@ -1,5 +1,6 @@
 """Training: lock-step, ask and tell, checkpoints, bad input."""
 
+import copy
 import signal
 import subprocess
 import sys
@@ -52,6 +53,16 @@ def test_environments_that_reset_themselves_are_repeatable(mode):
     first, second = train(vector(mode)), train(vector(mode))
     assert first.policy.to_bytes() == second.policy.to_bytes()
     assert (first.log["steps"] == second.log["steps"]).all()
+
+
+def test_the_order_of_memory_of_observations_does_not_matter():
+    class Transposed(gymnasium.vector.VectorObservationWrapper):
+        def observations(self, observations):
+            return np.asfortranarray(observations)
+
+    make = vector(gymnasium.vector.AutoresetMode.DISABLED)
+    turned = train(lambda: Transposed(make()))
+    assert turned.policy.to_bytes() == train(make).policy.to_bytes()
 
 
 def test_returns_are_those_of_the_environment():
@@ -158,6 +169,74 @@ def test_a_broken_environment_says_where_and_loses_nothing(tmp_path, what, error
     assert Broken.steps >= 2500
     resumed = train(lambda: Broken("nothing"), out=tmp_path / "run", generations=4, resume=True)
     assert resumed.policy.to_bytes() == train(name="CartPole-v1", generations=4).policy.to_bytes()
+
+
+class Unsteady(gymnasium.Wrapper):
+    """Changes one of its spaces, or what it observes, in its third episode."""
+
+    def __init__(self, change):
+        super().__init__(gymnasium.make("CartPole-v1"))
+        self.change, self.episodes, self.observes = change, 0, np.float32
+        # Its own, since environments of one id share theirs.
+        self.observation_space = copy.deepcopy(self.env.observation_space)
+
+    def reset(self, **how):
+        self.episodes += 1
+        if self.episodes == 3:
+            self.change(self)
+        observation, info = self.env.reset(**how)
+        return observation.astype(self.observes), info
+
+
+def box(**how):
+    return gymnasium.spaces.Box(**({"low": -1, "high": 1, "shape": (4,)} | how))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda env: setattr(env, "observation_space", box(low=-2)), r"has the observation_space Box\(-2.0, 1.0"),
+        (lambda env: setattr(env, "observation_space", box(dtype=np.float64)), "float64"),
+        (lambda env: setattr(env, "observation_space", gymnasium.spaces.MultiBinary(4)), r"MultiBinary\(4\), but it must stay Box"),
+        (lambda env: setattr(env, "action_space", gymnasium.spaces.Discrete(3)), r"Discrete\(3\), but it must stay Discrete\(2\)"),
+        (lambda env: env.observation_space.high.fill(7), "has the observation_space .* to .*7.0"),
+        (lambda env: setattr(env, "observes", complex), "the observation is of complex128"),
+        (lambda env: setattr(env, "observes", "U8"), "the observation is of <U8, which is no type of real numbers"),
+    ],
+    ids=["bounds", "dtype", "kind", "actions", "in-place", "complex", "text"],
+)
+def test_a_space_that_changes_is_noticed(change, message):
+    with pytest.raises(tpg.EnvironmentFailed, match=f"environment [01] .*{message}"):
+        train(lambda: Unsteady(change), num_envs=2)
+
+
+def test_environments_must_be_alike():
+    made = []
+
+    def make():
+        made.append(gymnasium.make("CartPole-v1"))
+        if len(made) == 3:
+            made[-1].observation_space = box()
+        return made[-1]
+
+    with pytest.raises(tpg.EnvironmentFailed, match="environment 2 has the observation_space Box"):
+        train(make)
+
+
+@pytest.mark.parametrize("change", [{"dtype": np.float64}, {"low": -3}])
+def test_a_vector_that_changes_its_space_is_noticed(change):
+    class Changing(gymnasium.vector.VectorWrapper):
+        steps = 0
+
+        def step(self, actions):
+            self.steps += 1
+            if self.steps == 20:
+                self.single_observation_space = box(**change)
+            return self.env.step(actions)
+
+    make = vector(gymnasium.vector.AutoresetMode.NEXT_STEP)
+    with pytest.raises(tpg.EnvironmentFailed, match="the vector environment has the single_observation_space"):
+        train(lambda: Changing(make()))
 
 
 def test_answers_that_make_no_sense_can_be_told_again():

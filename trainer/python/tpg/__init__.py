@@ -9,9 +9,9 @@
 `docs/python.md` in the repository is the guide.
 """
 
-from tpg._tpg import Rollout, __version__, preset_names
+from tpg._tpg import Rollout, __version__, preset_names, task_names
 from tpg.envs import EnvironmentFailed
-from tpg.evaluation import Evaluation, evaluate, iqm
+from tpg.evaluation import Evaluation, evaluate, evaluate_native, iqm
 from tpg.evolution import Batch, Evolution
 from tpg.policy import Policy, PolicyWrapper
 from tpg.training import Result, train
@@ -27,7 +27,9 @@ __all__ = [
     "Rollout",
     "__version__",
     "evaluate",
+    "evaluate_native",
     "iqm",
     "preset_names",
+    "task_names",
     "train",
 ]

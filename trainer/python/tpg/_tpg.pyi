@@ -14,6 +14,21 @@ __version__: str
 def preset_names() -> list[str]:
     """Names of all presets: those with a task of the trainer's own, then variants for any task."""
 
+def task_names() -> list[str]:
+    """Full names of the built-in tasks of this build. A family is named by its default, such as `tmaze:10-v1`."""
+
+def score_native(
+    policy: Policy,
+    task: str | None,
+    *,
+    observability: Sequence[str],
+    disturb: Sequence[str],
+    episodes: int,
+    seed: int,
+    threads: int,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Returns, lengths in steps, and executed instructions of each episode; see `tpg.evaluate_native`. Releases the GIL."""
+
 def bootstrap_mean(values: Sequence[float] | npt.NDArray[np.float64]) -> tuple[float, float, float]:
     """Mean, and the bounds of its 95 % bootstrap interval."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from tpg._tpg import Rollout
-from tpg.spaces import Task, flat_length, flattener, to_action, to_actions
+from tpg.spaces import Declared, Task, check_numbers, flat_length, flattener, to_action, to_actions
 
 #: What environments are made of: an id, or a function that makes an environment or a vector environment.
 MakeEnv = str | Callable[[], Any]
@@ -46,12 +46,21 @@ class Separate:
         self.num_envs = len(envs)
         self.example = envs[0]
         space = self.example.observation_space
-        self._flatten, self._space = flattener(space), space
+        self._flatten = flattener(space)
         self._to_action = to_action(self.example.action_space)
         self._observations = np.zeros((self.num_envs, flat_length(space, type(self.example).__name__)))
+        self._declared = [Declared(env) for env in envs]
+        for k, declared in enumerate(self._declared):
+            declared.expect(self._declared[0])
+            _check_spaces(declared, k, wholly=True)
 
     def run(self, rollout: Rollout, tick: Callable[[], None] = lambda: None) -> None:
         """Runs all episodes of a rollout; calls `tick` at each step."""
+        self._run(rollout, tick)
+        for k, declared in enumerate(self._declared):
+            _check_spaces(declared, k, wholly=True)
+
+    def _run(self, rollout: Rollout, tick: Callable[[], None]) -> None:
         rewards, done = np.zeros(self.num_envs), np.zeros(self.num_envs, bool)
         active = self._begin(rollout)
         while active:
@@ -69,6 +78,7 @@ class Separate:
                 self._observations[k] = self._flatten(observation)
             except Exception as error:
                 raise _failed(k, f"at reset with seed {seed}", error) from error
+            _check_spaces(self._declared[k], k)
         return np.flatnonzero(rollout.active).tolist()
 
     def _step(self, k: int, action: Any) -> tuple[float, bool]:
@@ -107,9 +117,14 @@ class Vector:
         self._shape = (self.num_envs, *space.shape)
         self._flat_shape = (self.num_envs, length)
         self._to_actions = to_actions(env.single_action_space)
+        self._declared = Declared(env, "single_")
 
     def run(self, rollout: Rollout, tick: Callable[[], None] = lambda: None) -> None:
         """Runs all episodes of a rollout; calls `tick` at each step."""
+        self._run(rollout, tick)
+        _check_spaces(self._declared, None, wholly=True)
+
+    def _run(self, rollout: Rollout, tick: Callable[[], None]) -> None:
         if self._mode == AutoresetMode.DISABLED:
             self._run_seeded(rollout, tick)
         else:
@@ -140,8 +155,7 @@ class Vector:
                 fresh, resetting = resetting, over
             else:
                 fresh = over
-            for k, _ in rollout.beginning():
-                ready[k] = False
+            ready[[k for k, _ in rollout.beginning()]] = False
             ready |= fresh
 
     def _reset(self, **how: Any) -> np.ndarray:
@@ -156,6 +170,7 @@ class Vector:
             observations, rewards, terminated, truncated, _ = self.env.step(self._to_actions(actions))
         except Exception as error:
             raise _failed(None, "in a step", error) from error
+        _check_spaces(self._declared, None)
         return self._flat(observations), rewards, np.logical_or(terminated, truncated)
 
     def _flat(self, observations: Any) -> np.ndarray:
@@ -164,10 +179,21 @@ class Vector:
             raise EnvironmentFailed(
                 f"the observations of the vector environment have shape {array.shape}, but its space says {self._shape}"
             )
+        try:
+            check_numbers(array)
+        except ValueError as error:
+            raise _failed(None, "in its observations", error) from error
         return array.reshape(self._flat_shape)
 
     def close(self) -> None:
         self.env.close()
+
+
+def _check_spaces(declared: Declared, k: int | None, *, wholly: bool = False) -> None:
+    changed = declared.change(wholly)
+    if changed is not None:
+        who = "the vector environment" if k is None else f"environment {k}"
+        raise EnvironmentFailed(f"{who} {changed}")
 
 
 def _failed(k: int | None, when: str, error: Exception) -> EnvironmentFailed:

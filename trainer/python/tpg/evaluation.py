@@ -65,7 +65,44 @@ def evaluate(
         envs.run(rollout)
     finally:
         envs.close()
-    returns, lengths, instructions = (array[0] for array in rollout.results())
+    return _evaluation(*(array[0] for array in rollout.results()))
+
+
+def evaluate_native(
+    policy: Policy | str | os.PathLike[str],
+    task: str | None = None,
+    *,
+    episodes: int = 20,
+    seed: int = 0,
+    threads: int = 1,
+    observability: str | Sequence[str] = (),
+    disturb: str | Sequence[str] = (),
+) -> Evaluation:
+    """Scores a policy on a task that is built in, as the command `tpg eval` does: with the same episodes and returns, in every
+    bit. The episodes run without Python, and its other threads go on meanwhile.
+
+    Args:
+        policy: the policy, or the path of one.
+        task: such as `"cartpole"` or `"tmaze:100"`; by default the task that it was evolved for. `tpg.task_names()` lists all.
+        episodes: how many. Episode k of a seed is the same for every policy.
+        threads: how many to run the episodes in. The result does not depend on it.
+        observability: what the policy sees, such as `"none"` or `"blackout:2/3"`; by default as it was evolved.
+        disturb: what happens on the link to the policy, such as `"noise:0.01"`, as the option of `tpg eval`.
+
+    Raises:
+        ValueError: there is no such task in this build, or the policy does not fit it; the message says which and why.
+        KeyboardInterrupt: within a second.
+    """
+    policy = policy if isinstance(policy, Policy) else Policy(policy)
+    seen = [observability] if isinstance(observability, str) else list(observability)
+    disturbed = [disturb] if isinstance(disturb, str) else list(disturb)
+    scores = _tpg.score_native(
+        policy, task, observability=seen, disturb=disturbed, episodes=episodes, seed=seed, threads=threads
+    )
+    return _evaluation(*scores)
+
+
+def _evaluation(returns: np.ndarray, lengths: np.ndarray, instructions: np.ndarray) -> Evaluation:
     mean, low, high = _tpg.bootstrap_mean(returns)
     return Evaluation(returns, lengths, instructions.sum() / lengths.sum(), mean, (low, high), iqm(returns))
 

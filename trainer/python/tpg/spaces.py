@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -88,14 +89,63 @@ def _actions(space: spaces.Space, name: str) -> tuple[bool, int, float, float]:
     return False, int(np.prod(space.shape)), float(low[0]), float(high[0])
 
 
+class Declared:
+    """The spaces of an environment as they were when it was opened. What is trained on it counts on them to stay.
+
+    Args:
+        env: the environment.
+        prefix: of its attributes, such as `"single_"` for one of a vector.
+    """
+
+    def __init__(self, env: Any, prefix: str = "") -> None:
+        self._env = env
+        self._attributes = [f"{prefix}observation_space", f"{prefix}action_space"]
+        self._seen = [getattr(env, attribute) for attribute in self._attributes]
+        # Copies, since a space can be changed in place.
+        self._opened = copy.deepcopy(self._seen)
+
+    def expect(self, other: Declared) -> None:
+        """From now on the spaces have to be those of another environment."""
+        self._opened = other._opened
+
+    def change(self, wholly: bool = False) -> str | None:
+        """How a space differs from what it has to be, in words: in its kind, shape, type of numbers, or bounds.
+
+        It costs little, but misses changes within a space, unless `wholly` is true.
+        """
+        for k, attribute in enumerate(self._attributes):
+            space, opened = getattr(self._env, attribute), self._opened[k]
+            if space is self._seen[k] and not wholly:
+                continue
+            if type(space) is not type(opened) or space != opened:
+                return f"has the {attribute} {_in_full(space)}, but it must stay {_in_full(opened)}"
+            self._seen[k] = space
+        return None
+
+
+def _in_full(space: spaces.Space) -> str:
+    """A space as text. That of a Box names one bound for all of its values, so the others are added."""
+    if isinstance(space, spaces.Box) and not (np.ptp(space.low) == 0 and np.ptp(space.high) == 0):
+        return f"{space} from {space.low.tolist()} to {space.high.tolist()}"
+    return str(space)
+
+
+def check_numbers(array: np.ndarray) -> None:
+    """Raises `ValueError` for an observation of anything else than real numbers."""
+    if array.dtype.kind not in "fiub":
+        raise ValueError(f"the observation is of {array.dtype}, which is no type of real numbers")
+
+
 def flattener(space: spaces.Space) -> Callable[[Any], np.ndarray]:
-    """A function from an observation to its flat form. It raises `ValueError` if the observation is not of the space's shape."""
+    """A function from an observation to its flat form. It raises `ValueError` if the observation is not of the space's shape, or
+    of no real numbers."""
     length = spaces.flatdim(space)
 
     def box(observation: Any) -> np.ndarray:
         array = np.asarray(observation)
         if array.shape != space.shape:
             raise ValueError(f"the observation has shape {array.shape}, but its space says {space.shape}")
+        check_numbers(array)
         return array.reshape(-1)
 
     def other(observation: Any) -> np.ndarray:

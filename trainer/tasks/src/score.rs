@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use tpg_runtime::{Header, Policy};
 
-use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, Link, episode_seed};
+use crate::eval::{Arena, Disturbance, Disturbed, Domain, Episode, Line, Link, episode_seed};
 use crate::exit_status::{Failure, Fault as _};
 use crate::stats;
 use crate::task::{
@@ -17,7 +17,7 @@ use crate::task::{
 /// Most inputs of a policy in the loop, and on a serial line to a board.
 pub const LOOP_INPUTS: usize = 512;
 /// Most outputs of a policy in the loop.
-pub const LOOP_OUTPUTS: usize = 64;
+pub const LOOP_OUTPUTS: usize = 256;
 
 /// Arguments of a scoring command.
 #[derive(Debug, Clone)]
@@ -93,9 +93,18 @@ impl ScoreArgs {
     pub fn resolve(self) -> Result<Setup, Failure> {
         let file = match self.file.is_dir() {
             true => self.file.join("champion.tpg"),
-            false => self.file,
+            false => self.file.clone(),
         };
         let blob = std::fs::read(&file).or_bad_input(format!("cannot read {}", file.display()))?;
+        ScoreArgs { file, ..self }.resolve_bytes(blob)
+    }
+
+    /// The same for the bytes of a policy that was read before; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// A [`Failure`] as for [`resolve`](Self::resolve).
+    pub fn resolve_bytes(self, blob: Vec<u8>) -> Result<Setup, Failure> {
+        let file = self.file;
         let policy = Policy::load(&blob).or_bad_input(format!("cannot use {}", file.display()))?;
         let observability = if self.observability.is_empty() {
             parse_stack(policy.tables().observability).or_bad_input(format!(
@@ -194,6 +203,17 @@ impl Setup {
         let wrappers =
             Wrappers::new(&self.observability, task.spec()).or_usage("bad --observability")?;
         Ok((task, wrappers))
+    }
+
+    /// The task behind its wrappers and the disturbances, for controllers that stand behind none.
+    ///
+    /// # Errors
+    /// A [`Failure`] if the task cannot be made again.
+    pub fn disturbed_arena(&self) -> Result<Arena, Failure> {
+        let arena = self.arena()?;
+        let link = link(arena.task().spec(), arena.wrappers());
+        let line = Line::new(&self.disturb, &link).or_usage("bad --disturb")?;
+        Ok(arena.with_line(line))
     }
 
     /// A controller behind the disturbances, for an arena of this setup.
