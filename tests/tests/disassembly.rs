@@ -82,3 +82,12 @@ fn inputs_have_their_names_and_registers_their_first_values() {
     let (text, _) = disassembled("tests/golden/champions/hopper-sr-sm-b23.tpg");
     assert!(text.contains("s0 = tanh(torso_angular_velocity)"), "{text}");
 }
+
+/// An action with more values than a vector has elements lies in several vectors.
+#[test]
+fn long_actions_name_all_of_their_vectors() {
+    let (text, bytes) = disassembled("tests/golden/v3/outputs-78.tpg");
+    let header = *Policy::load(&bytes).expect("a policy").header();
+    assert!(header.actions > header.width, "{text}");
+    assert!(text.contains("-> action v1 to v3\n"), "{text}");
+}

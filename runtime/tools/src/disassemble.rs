@@ -93,7 +93,15 @@ fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
                 ActionKind::Continuous if policy.header().actions == 1 => {
                     format!("action {}", register(Operand::S))
                 }
-                ActionKind::Continuous => format!("action {}", register(Operand::V)),
+                ActionKind::Continuous => {
+                    let (header, first) = (policy.header(), register(Operand::V));
+                    // More values than a vector has elements run on through the vectors that follow.
+                    let last = program.output + (header.actions - 1) / header.width * header.width;
+                    match names.operand(Operand::V, last) {
+                        last if last == first => format!("action {first}"),
+                        last => format!("action {first} to {last}"),
+                    }
+                }
                 _ => {
                     format!("{} {}", output_name(policy, action), register(Operand::S))
                 }

@@ -1,6 +1,7 @@
 //! `tpg experiment`
 
 mod claim;
+mod progress;
 mod report;
 mod run;
 

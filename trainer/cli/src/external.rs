@@ -17,17 +17,18 @@ pub(crate) struct Args {
 
 /// Runs a program of the bridge from beside this executable, else from the search path.
 pub(crate) fn run(name: &str, args: &Args) -> Result<Status, Failure> {
-    let beside = std::env::current_exe()?.with_file_name(name);
-    let program = if beside.is_file() {
-        beside
-    } else {
-        PathBuf::from(name)
-    };
-    let error = replace(Command::new(&program).args(&args.arguments));
+    let error = replace(Command::new(beside(name)).args(&args.arguments));
     Err(Failure::usage(anyhow::Error::from(error).context(format!(
         "cannot start {name}, which is neither beside this executable nor on the search path; \
          build it with `cargo build --release -p tpg-sim-bridge`"
     ))))
+}
+
+/// A program that lies beside this executable, or else its bare name, for the search path.
+pub(crate) fn beside(name: &str) -> PathBuf {
+    let own = std::env::current_exe().map(|own| own.with_file_name(name));
+    let own = own.ok().filter(|path| path.is_file());
+    own.unwrap_or_else(|| PathBuf::from(name))
 }
 
 /// Becomes the command; returns only if it cannot be started.

@@ -6,8 +6,10 @@
 mod completions;
 mod config;
 mod convert;
+mod doctor;
 mod eval;
 mod experiment;
+mod explain;
 mod export;
 mod external;
 mod footprint;
@@ -61,6 +63,8 @@ enum Verb {
     Sign(sign::Args),
     /// Say what an exported policy contains and needs.
     Inspect(inspect::Args),
+    /// Say which inputs a policy's score owes something to, which programs act when, and which memory they use.
+    Explain(explain::Args),
     /// Write a policy as source code, in Rust or C, that decides alike.
     Export(export::Args),
     /// Build firmware for a policy, run it on an emulated board and say what it takes.
@@ -73,6 +77,8 @@ enum Verb {
     Presets(presets::Args),
     /// Print every key of a configuration with its meaning, its default and its value.
     Config(config::Args),
+    /// Say what of this machine works with this program, and what to do about the rest.
+    Doctor(doctor::Args),
     /// Print a script that lets a shell complete the words of this command.
     Completions(completions::Args),
     /// Write manual pages, one for each verb.
@@ -90,12 +96,14 @@ fn main() -> ExitCode {
         Verb::Convert(args) => convert::run(&args),
         Verb::Sign(args) => sign::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
+        Verb::Explain(args) => explain::run(args),
         Verb::Export(args) => export::run(&args),
         Verb::Footprint(args) => footprint::run(&args),
         Verb::Experiment(args) => experiment::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
         Verb::Config(args) => config::run(&args),
+        Verb::Doctor(args) => doctor::run(&args),
         Verb::Completions(args) => completions::run(&args, Cli::command()),
         Verb::Man(args) => man::run(&args, Cli::command()),
     };

@@ -201,7 +201,7 @@ fn rate(rate: f64) -> String {
 }
 
 /// `41s`, `3m20s`, `2h05m`; `?` for what is not known.
-fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     if !seconds.is_finite() {
         return "?".to_owned();
     }

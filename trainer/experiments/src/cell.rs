@@ -33,11 +33,17 @@ const CURVE_POINTS: usize = 100;
 const CPU_LOG: &str = "cpu";
 
 /// Trains a run to its end, or on from its checkpoint, and writes its results; `None` if it was stopped before its end.
+///
+/// `progress` is told the share of the budget that is used, at the beginning and after each generation.
+///
+/// # Errors
+/// A [`Failure`] with its status: the configuration, a file that cannot be written, or the simulator.
 pub fn run(
     experiment: &Experiment,
     folder: &Folder,
     cell: &Cell,
     stop: &Arc<AtomicBool>,
+    progress: &dyn Fn(f64),
 ) -> Result<Option<Row>, Failure> {
     let work = folder.work(cell);
     let (mut session, mut run_folder) = open(&work, cell, experiment.threads)?;
@@ -47,8 +53,10 @@ pub fn run(
     let mut pool = pool.with_monitor(Arc::new(Monitor::new(stop.clone())));
     let mut cpu = CpuLog::open(&work, session.generation(), experiment.threads)?;
     let budget = cell.budget;
+    progress(budget.used(&session));
     train(&mut session, &mut pool, budget, |session, report| {
         run_folder.record(session, report).map_err(Failure::of)?;
+        progress(budget.used(session));
         cpu.record(report.generation)
     })?;
     run_folder.finish(&session).map_err(Failure::of)?;

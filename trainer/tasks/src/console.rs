@@ -7,6 +7,8 @@ use std::fmt;
 use std::io::{self, ErrorKind, Write as _};
 use std::process::ExitCode;
 
+use anstream::AutoStream;
+use anstyle::{AnsiColor, Color, Style};
 use serde::Serialize;
 
 use crate::exit_status::{Failure, Fault as _, Status};
@@ -42,11 +44,20 @@ pub fn one_line(error: impl fmt::Display) -> String {
     error.to_string().trim_end().replace('\n', "; ")
 }
 
+/// How the word `error:` looks on a terminal: as the parser of arguments writes it.
+const ERROR: Style = Style::new()
+    .bold()
+    .fg_color(Some(Color::Ansi(AnsiColor::Red)));
+
 /// Prints a failure to standard error, with its causes, and returns the status to end with.
+///
+/// The first word is coloured on a terminal, unless the environment says otherwise (`NO_COLOR`, `CLICOLOR`, `TERM=dumb`).
 #[must_use]
 pub fn report(failure: &Failure) -> ExitCode {
     if failure.status != Status::Fine {
-        note(format_args!("error: {:#}", failure.error));
+        let line = format!("{ERROR}error:{ERROR:#} {:#}\n", failure.error);
+        // What cannot be written is dropped, as all notes are.
+        let _ = AutoStream::auto(io::stderr()).write_all(line.as_bytes());
     }
     failure.status.into()
 }

@@ -10,6 +10,7 @@
 //! | [`eval`] | episodes under a controller, disturbances of the link between both, baselines, seeds |
 //! | [`stats`] | means, intervals and tests over returns |
 //! | [`trace`] | every decision of an evaluation, recorded and decided again |
+//! | [`explain`] | which inputs a score owes something to, which programs act when, which memory they use |
 //! | [`view`] | episodes as one HTML page that draws them |
 //! | [`page`] | what pages of HTML share |
 //! | [`score`] | arguments, set-up and report of the commands that score a policy |
@@ -22,6 +23,7 @@
 pub mod console;
 pub mod eval;
 pub mod exit_status;
+pub mod explain;
 pub mod page;
 pub mod score;
 pub mod stats;

@@ -5,5 +5,6 @@
 mod record;
 mod replay;
 
+pub(crate) use record::place_name;
 pub use record::{Decision, Event, Header, RecordError, TeamVisit, TracingController};
 pub use replay::{Difference, ReplayError, replay, replay_with};

@@ -23,6 +23,22 @@ struct Constant {
     written: bool,
 }
 
+/// How a constant is multiplied with the observation.
+struct Gains {
+    rows: Rows,
+    /// Number of the input with which its columns begin.
+    offset: usize,
+}
+
+/// Which rows of a matrix matter.
+enum Rows {
+    /// It is a vector.
+    One,
+    /// Those that give the outputs from this one on.
+    Outputs(usize),
+    All,
+}
+
 /// What a program does with its registers.
 struct Use<'p> {
     policy: &'p Policy<'p>,
@@ -50,9 +66,8 @@ pub(super) fn write(
     for constant in used.constants() {
         let letter = ["s", "v", "m"][constant.section as usize];
         let name = format!("{letter}{}", constant.number);
-        let gains = used.gains(&constant);
-        match gains {
-            Some((rows, offset)) => used.write_gains(out, &name, &constant, rows, offset, names)?,
+        match used.gains(&constant) {
+            Some(gains) => used.write_gains(out, &name, &constant, &gains, names)?,
             None => used.write_values(out, &name, &constant)?,
         }
     }
@@ -90,7 +105,7 @@ impl Use<'_> {
                 kept.insert(register);
             }
         }
-        let ends = [Some((0, 0)), self.action()].into_iter().flatten();
+        let ends = self.action().into_iter().chain([(0, 0)]);
         open.extend(ends.filter(|register| !written.contains(register)));
         let constants = open.into_iter().filter_map(|(section, number)| {
             let section = Section::ALL[usize::from(section)];
@@ -105,12 +120,20 @@ impl Use<'_> {
         constants.collect()
     }
 
-    /// The register that holds a continuous action.
-    fn action(&self) -> Option<Register> {
-        let continuous = self.policy.header().action_kind != ActionKind::Discrete;
+    /// The registers that hold a continuous action: several, where it has more values than a vector has elements.
+    fn action(&self) -> Vec<Register> {
+        let header = self.policy.header();
         let atomic = matches!(self.program.target, Target::Atomic(_));
-        let output = (continuous && atomic).then_some(self.program.output);
-        output.and_then(|at| self.register(at))
+        let registers = match header.action_kind {
+            _ if !atomic => 0,
+            ActionKind::Discrete => 0,
+            ActionKind::Continuous => usize::from(header.actions).div_ceil(self.width),
+            _ => 1,
+        };
+        let places = (0..registers).map(|k| usize::from(self.program.output) + k * self.width);
+        places
+            .filter_map(|at| self.register(u16::try_from(at).ok()?))
+            .collect()
     }
 
     fn register(&self, at: u16) -> Option<Register> {
@@ -134,21 +157,14 @@ impl Use<'_> {
         own.take(len).map(|x| f32::from_le_bytes(*x)).collect()
     }
 
-    /// For a constant that nothing but products with the observation reads: the rows of it that matter, and the element of the
-    /// observation with which its columns begin.
-    fn gains(&self, constant: &Constant) -> Option<(usize, usize)> {
+    /// What to write of a constant that nothing but a product with the observation reads.
+    fn gains(&self, constant: &Constant) -> Option<Gains> {
         if constant.written || constant.section == Section::Scalar {
             return None;
         }
         let register = (constant.section as u8, constant.number);
         let is_it = |at: u16| self.register(at) == Some(register);
-        let reads = |i: &&Instruction| {
-            let operands = i.op.operands().into_iter().zip([i.a, i.b]);
-            operands
-                .into_iter()
-                .any(|(kind, at)| kind.is_value() && is_it(at))
-        };
-        let mut readers = self.code.iter().filter(reads);
+        let mut readers = self.code.iter().filter(|i| self.reads(i, Some(register)));
         let (reader, None) = (readers.next()?, readers.next()) else {
             return None;
         };
@@ -157,30 +173,43 @@ impl Use<'_> {
             Op::Dot => reader.a,
             _ => return None,
         };
-        let window = usize::from(self.policy.header().window);
-        let inputs = usize::from(self.policy.header().observation_len);
+        let header = self.policy.header();
+        let (window, inputs) = (
+            usize::from(header.window),
+            usize::from(header.observation_len),
+        );
         let offset = usize::from(observed);
+        if offset >= window || self.action().contains(&register) {
+            return None;
+        }
         let rows = match reader.op {
-            Op::Dot => 1,
-            _ => self.rows_that_matter(reader.d),
+            Op::Dot => Rows::One,
+            _ => self.rows(reader.d),
         };
-        (offset < window && self.action() != Some(register)).then(|| (rows, offset % inputs))
+        Some(Gains {
+            rows,
+            offset: offset % inputs,
+        })
     }
 
-    /// How many elements of a vector anything reads: those of the action, where that is all that it is for.
-    fn rows_that_matter(&self, at: u16) -> usize {
+    fn reads(&self, instruction: &Instruction, register: Option<Register>) -> bool {
+        let operands = instruction.op.operands().into_iter();
+        let mut fields = operands.zip([instruction.a, instruction.b]);
+        fields.any(|(kind, at)| kind.is_value() && self.register(at) == register)
+    }
+
+    /// Which elements of a vector anything reads: those of the action, where that is all that it is for.
+    fn rows(&self, at: u16) -> Rows {
         let vector = self.register(at);
         // Sums with other vectors keep each row by itself.
         let by_row = [Op::VAdd, Op::VSub, Op::VMul, Op::VDiv, Op::VMin, Op::VMax];
-        let others = self.code.iter().any(|i| {
-            let operands = i.op.operands().into_iter().zip([i.a, i.b]);
-            let mut read =
-                operands.filter(|(kind, at)| kind.is_value() && self.register(*at) == vector);
-            read.next().is_some() && !(by_row.contains(&i.op) && self.register(i.d) == vector)
-        });
-        match vector == self.action() && !others {
-            true => self.policy.header().actions.into(),
-            false => self.width,
+        let mixes = |i: &Instruction| {
+            self.reads(i, vector) && !(by_row.contains(&i.op) && self.register(i.d) == vector)
+        };
+        let place = (self.action().iter()).position(|register| Some(*register) == vector);
+        match place {
+            Some(place) if !self.code.iter().any(mixes) => Rows::Outputs(place * self.width),
+            _ => Rows::All,
         }
     }
 
@@ -190,16 +219,15 @@ impl Use<'_> {
         out: &mut String,
         name: &str,
         constant: &Constant,
-        rows: usize,
-        offset: usize,
+        gains: &Gains,
         names: &Names<'_>,
     ) -> fmt::Result {
-        let heads: Vec<String> = match (constant.section, rows == self.width) {
-            (Section::Matrix, false) => (self.policy.outputs().take(rows))
+        let heads: Vec<String> = match gains.rows {
+            Rows::One => vec![String::new()],
+            Rows::Outputs(first) => (self.policy.outputs().skip(first).take(self.width))
                 .map(|(name, _)| name.to_owned())
                 .collect(),
-            (Section::Matrix, true) => (0..rows).map(|k| format!("row {k}")).collect(),
-            _ => vec![String::new()],
+            Rows::All => (0..self.width).map(|k| format!("row {k}")).collect(),
         };
         let wide = |row: usize| {
             heads
@@ -208,7 +236,7 @@ impl Use<'_> {
                 .max(10)
         };
         let inputs = usize::from(self.policy.header().observation_len);
-        let label = |k: usize| names.input((offset + k) % inputs);
+        let label = |k: usize| names.input((gains.offset + k) % inputs);
         let longest = (0..self.width).map(|k| label(k).chars().count()).max();
         let longest = longest.unwrap_or(0);
         let mut head = format!("  {name:<width$}", width = longest + 2);
@@ -218,7 +246,7 @@ impl Use<'_> {
         writeln!(out, "{}", head.trim_end())?;
         for column in 0..self.width {
             write!(out, "    {:<longest$}", label(column))?;
-            for row in 0..rows {
+            for row in 0..heads.len() {
                 let value = constant.values.get(row * self.width + column);
                 let value = number(value.copied().unwrap_or(0.0));
                 write!(out, "  {value:>width$}", width = wide(row))?;

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::claim::Claim;
+use super::progress::Progress;
 use crate::interrupt::stop_on_signal;
 use tpg_experiments::cell;
 use tpg_experiments::file::{Cell, Experiment};
@@ -104,7 +105,7 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         experiment: &experiment,
         manifest: &manifest,
         folder: &folder,
-        done: Mutex::new(cells.len() - missing.len()),
+        progress: Progress::new(cells.len() - missing.len(), cells.len()),
         queue: Mutex::new(missing.into_iter().map(|cell| (cell, false)).collect()),
         all: cells.len(),
         page: Mutex::new(None),
@@ -147,7 +148,7 @@ struct Work<'a> {
     folder: &'a Folder,
     /// Runs to be done; `true` for one that another process did when it was looked at first.
     queue: Mutex<VecDeque<(&'a Cell, bool)>>,
-    done: Mutex<usize>,
+    progress: Progress,
     all: usize,
     /// When this process last wrote the experiment's page.
     page: Mutex<Option<Instant>>,
@@ -156,8 +157,8 @@ struct Work<'a> {
 
 /// What came of a run.
 enum Outcome {
-    /// It was done, with this row.
-    Done(Box<Row>),
+    /// It was done.
+    Done,
     /// It was finished already, or stopped before its end.
     NothingToDo,
     /// Another process does it.
@@ -175,11 +176,16 @@ impl Work<'_> {
             let workers: Vec<_> = (0..jobs.min(locked(&self.queue).len()))
                 .map(|_| scope.spawn(|| self.work()))
                 .collect();
-            let join = |worker: std::thread::ScopedJoinHandle<'_, _>| match worker.join() {
+            let ticker = scope.spawn(|| self.progress.tick());
+            let ended: Vec<_> = workers.into_iter().map(|worker| worker.join()).collect();
+            // Before a panic goes on: the scope waits for this thread, too.
+            self.progress.finish();
+            let _ = ticker.join();
+            let failures = ended.into_iter().flat_map(|failures| match failures {
                 Ok(failures) => failures,
                 Err(panic) => std::panic::resume_unwind(panic),
-            };
-            workers.into_iter().flat_map(join).collect::<Vec<Failure>>()
+            });
+            failures.collect::<Vec<Failure>>()
         });
         self.write_page(true);
         let failed = failures.len();
@@ -202,16 +208,17 @@ impl Work<'_> {
                 break;
             };
             match self.one(cell) {
-                Ok(Outcome::Done(row)) => {
-                    self.show(&row);
-                    self.write_page(false);
-                }
+                Ok(Outcome::Done) => self.write_page(false),
                 // Once more at the end: the other process may have been killed by then.
                 Ok(Outcome::Taken) if !again => locked(&self.queue).push_back((cell, true)),
-                Ok(Outcome::Taken) => note(format_args!("{}: another process does it", cell.name)),
+                Ok(Outcome::Taken) => {
+                    self.progress
+                        .say(format_args!("{}: another process does it", cell.name));
+                }
                 Ok(Outcome::NothingToDo) => {}
                 Err(failure) => {
-                    note(format_args!("{}: {:#}", cell.name, failure.error));
+                    self.progress
+                        .say(format_args!("{}: {:#}", cell.name, failure.error));
                     failures.push(failure);
                 }
             }
@@ -233,18 +240,23 @@ impl Work<'_> {
             }
             Found::Nothing => {}
             Found::Damaged(damage) => {
-                note(format_args!(
+                self.progress.say(format_args!(
                     "{damage:#}; it is removed and {} done again",
                     cell.name
                 ));
                 self.folder.remove(cell).map_err(folder_failure)?;
             }
         }
-        let Some(row) = cell::run(self.experiment, self.folder, cell, self.stop)? else {
+        let name = &cell.name;
+        let progress = |used| self.progress.at(name, used);
+        let row = cell::run(self.experiment, self.folder, cell, self.stop, &progress);
+        let done = self.progress.end(name, matches!(row, Ok(Some(_))));
+        let Some(row) = row? else {
             return Ok(Outcome::NothingToDo);
         };
+        self.show(done, &row);
         claim.finish().or_unwritable(&path)?;
-        Ok(Outcome::Done(Box::new(row)))
+        Ok(Outcome::Done)
     }
 
     /// Writes the page of the runs so far, if the last one is old or this is the end. Results do not depend on it, so that it
@@ -258,7 +270,7 @@ impl Work<'_> {
         match write_page(self.folder.path()) {
             // Without a finished run there is nothing to show.
             Ok(_) | Err(ReportError::Empty { .. }) => {}
-            Err(error) => note(format_args!(
+            Err(error) => self.progress.say(format_args!(
                 "warning: no report.html: {:#}",
                 anyhow::Error::from(error)
             )),
@@ -266,10 +278,8 @@ impl Work<'_> {
         *last = Some(Instant::now());
     }
 
-    fn show(&self, row: &Row) {
-        let mut done = locked(&self.done);
-        *done += 1;
-        note(format_args!(
+    fn show(&self, done: usize, row: &Row) {
+        self.progress.say(format_args!(
             "[{done:>3}/{}] {:<40} test {:>9.2}  training {:>9.2}  {:>4} generations  {:>6.1} s",
             self.all,
             row.cell(),

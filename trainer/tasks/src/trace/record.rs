@@ -196,7 +196,7 @@ impl Observer for Recorder {
 }
 
 /// `sm4`, `vm3`, `mm5` or `cell[49,2]`.
-fn place_name(place: MemoryAddress) -> String {
+pub(crate) fn place_name(place: MemoryAddress) -> String {
     match place {
         MemoryAddress::Slot(Section::Scalar, slot) => format!("sm{slot}"),
         MemoryAddress::Slot(Section::Vector, slot) => format!("vm{slot}"),
