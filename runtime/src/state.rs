@@ -9,6 +9,7 @@ use crate::exec::{self, Machine, Run, Vectors};
 use crate::front_end;
 use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
+use crate::outputs::OutputSet;
 use crate::rng::Pcg32;
 use crate::tables::{Program, ProgramId, Section, Target, Team, TeamId};
 use crate::trace::Observer;
@@ -233,8 +234,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
     // The output words hold the highest bids until the outputs replace them, so this needs no other memory.
     let highest = words.get_mut(start..).and_then(|rest| rest.get_mut(..len));
     highest.unwrap_or_default().fill(f32::MIN);
-    // A bit for each output that has its value. There are at most 32: the largest vector width.
-    let mut given = 0u32;
+    let mut given = OutputSet::default();
     for taking in [false, true] {
         for member in policy.tables.members(&team) {
             let (Some(program), Some(bid)) = (
@@ -246,7 +246,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
             let Target::Atomic(output) = program.target else {
                 continue;
             };
-            let (k, bit) = (usize::from(output), 1u32 << (output & 31));
+            let k = usize::from(output);
             let Some(highest) = words.get_mut(start + k) else {
                 continue;
             };
@@ -254,8 +254,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
                 if *bid > *highest {
                     *highest = *bid;
                 }
-            } else if given & bit == 0 && *bid >= *highest {
-                given |= bit;
+            } else if *bid >= *highest && given.insert(output) {
                 take_output(header, words, k, usize::from(program.output));
                 observer.give(member, output);
             }

@@ -14,7 +14,7 @@ use crate::registers::{Location, RegisterMap};
 use crate::tables::{Instruction, Program, Tables};
 
 pub use error::VerifyError;
-pub use header::{MAX_WIDTH, MAX_WORDS};
+pub use header::{MAX_OUTPUTS, MAX_WIDTH, MAX_WORDS};
 
 use duplicates::check_duplicates;
 use header::{check_header, count, require};

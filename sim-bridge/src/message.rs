@@ -12,7 +12,7 @@ use crate::hash;
 /// Most elements of an observation that a message holds.
 pub const MAX_OBSERVATION: usize = 512;
 /// Most outputs of a continuous action that a message holds.
-pub const MAX_ACTION: usize = 64;
+pub const MAX_ACTION: usize = 256;
 
 // The trainer, which does not know this crate, warns of the same limits.
 #[cfg(feature = "plant")]

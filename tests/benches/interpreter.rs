@@ -11,6 +11,7 @@ mod transcendental;
 
 use std::fs;
 use std::hint::black_box;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use cpu_time::ThreadTime;
@@ -19,7 +20,7 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use tpg_runtime::isa::Op;
 use tpg_runtime::{Agent, Fixed, HostAgent, Policy, State};
 use tpg_tests::shapes::{
-    ARITHMETIC, TRANSCENDENTAL, drifting_observations, straight, typical_graph,
+    ARITHMETIC, LONG, SHORT, TRANSCENDENTAL, drifting_observations, straight, typical_graph,
 };
 
 /// CPU time of the measuring thread: other processes on the machine disturb it less than wall time.
@@ -99,9 +100,16 @@ impl Bench {
     }
 
     /// Decisions of a graph over a drifting observation; the unit is one decision.
-    fn graph(&mut self, name: &str, mix: &[Op], teams: u16, stateful: bool) {
+    fn graph(
+        &mut self,
+        name: &str,
+        mix: &[Op],
+        teams: u16,
+        lengths: &RangeInclusive<u64>,
+        stateful: bool,
+    ) {
         let observations = drifting_observations();
-        let (bytes, mean) = typical_graph(mix, teams, stateful, &observations);
+        let (bytes, mean) = typical_graph(mix, teams, lengths, stateful, &observations);
         let policy = Policy::load(&bytes).expect("a well-formed policy");
         let mut agent: Box<HostAgent<'_>> = Box::new(Agent::new(policy).expect("room"));
         let mut all = observations.iter().cycle();
@@ -152,8 +160,8 @@ fn main() {
         ("arithmetic", ARITHMETIC),
         ("3 in 8 transcendental", TRANSCENDENTAL),
     ] {
-        bench.graph(&format!("stateless {name}"), mix, 9, false);
-        bench.graph(&format!("stateful {name}"), mix, 9, true);
+        bench.graph(&format!("stateless {name}"), mix, 9, &LONG, false);
+        bench.graph(&format!("stateful {name}"), mix, 9, &LONG, true);
     }
     macro_rules! compiled {
         ($module:ident) => {
@@ -169,8 +177,10 @@ fn main() {
     compiled!(arithmetic);
     compiled!(transcendental);
     for teams in [1, 3, 27, 50] {
-        bench.graph("stateless arithmetic", ARITHMETIC, teams, false);
+        bench.graph("stateless arithmetic", ARITHMETIC, teams, &LONG, false);
     }
+    let short = "stateless short programs";
+    bench.graph(short, TRANSCENDENTAL, 9, &SHORT, false);
     bench.criterion.final_summary();
     table(&bench.rows);
 }

@@ -21,6 +21,17 @@ pub fn all() -> Vec<(&'static str, Draft)> {
     ]
 }
 
+/// Samples of large robots, which files of version 3 alone can hold: name and policy. 256 is the most outputs that there are.
+#[must_use]
+pub fn large() -> Vec<(&'static str, Draft)> {
+    vec![
+        ("outputs-78", outputs(78, [2, 4, 0], 1)),
+        ("outputs-256", outputs(256, [2, 8, 0], 0)),
+        ("each-78", each_of(78)),
+        ("long-observation", long_observation()),
+    ]
+}
+
 /// The names of the samples that files of version 1 can hold, which know no moves and latches.
 pub fn old_names() -> impl Iterator<Item = &'static str> {
     let has_copies = |draft: &Draft| {
@@ -136,6 +147,64 @@ fn each() -> Draft {
     for (number, output) in [0, 1, 2, 0].into_iter().enumerate() {
         draft.programs[number].target = Target::Atomic(output);
         draft.programs[number].output = Some(draft.scalar(number, 1));
+    }
+    draft
+}
+
+/// Stateless, continuous, with outputs that begin at a vector register and run through those behind it.
+#[must_use]
+pub fn outputs(outputs: u16, registers: [u8; 3], first: usize) -> Draft {
+    let groups = [Group::Scalar, Group::Vector];
+    let mut draft = blank(32, 5, &groups);
+    draft.header.action_kind = ActionKind::Continuous;
+    draft.header.actions = outputs;
+    add_programs(&mut draft, registers, &groups);
+    for number in 0..draft.programs.len() {
+        draft.programs[number].output = Some(draft.vector(number, first));
+        if let Target::Atomic(action) = &mut draft.programs[number].target {
+            *action = 0;
+        }
+    }
+    draft
+}
+
+/// Stateless, with two programs for each output; the second outbids the first for every fifth one.
+fn each_of(outputs: u16) -> Draft {
+    let mut draft = blank(32, 5, &[Group::Scalar]);
+    draft.header.action_kind = ActionKind::Each;
+    draft.header.actions = outputs;
+    draft.teams.truncate(1);
+    draft.teams[0].members = (0..2 * outputs).collect();
+    for number in 0..2 * outputs {
+        let bid = f32::from(u16::from(number % 5 == 0));
+        let mut program = DraftProgram::bidding(bid, Target::Atomic(number % outputs));
+        program.constants[1] = f32::from(number) / 256.0;
+        draft.programs.push(program);
+    }
+    for number in 0..draft.programs.len() {
+        let output = draft.scalar(number, 1);
+        // s1 = s1 + obs(number modulo the inputs)
+        let input = number as u16 % draft.header.observation_len;
+        draft.programs[number].code = vec![instruction(Op::Add, output, output, input)];
+        draft.programs[number].output = Some(output);
+    }
+    draft
+}
+
+/// Stateless, with 105 inputs, of which vectors see 32 at a time, the last ones too.
+fn long_observation() -> Draft {
+    let mut draft = blank(32, 105, &[Group::Vector]);
+    draft.header.action_kind = ActionKind::Continuous;
+    draft.header.actions = 1;
+    add_programs(&mut draft, [2, 2, 0], &[]);
+    for number in 0..draft.programs.len() {
+        let (output, vector) = (draft.scalar(number, 1), draft.vector(number, 0));
+        let windows = [0, 32, 73].map(|start| instruction(Op::Dot, output, vector, start));
+        draft.programs[number].code = windows.to_vec();
+        draft.programs[number].output = Some(output);
+        if let Target::Atomic(action) = &mut draft.programs[number].target {
+            *action = 0;
+        }
     }
     draft
 }

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use tpg_runtime::blob::RegisterMode;
 use tpg_runtime::isa::Op;
 use tpg_runtime::{HostAgent, Policy};
-use tpg_tests::shapes::{ARITHMETIC, TRANSCENDENTAL, drifting_observations, typical_graph};
+use tpg_tests::shapes::{ARITHMETIC, LONG, TRANSCENDENTAL, drifting_observations, typical_graph};
 use tpg_tests::{fixtures, golden, old_format, random, samples};
 use tpg_tools::export;
 
@@ -47,6 +47,9 @@ fn policies() -> Vec<(String, Vec<u8>)> {
                 fixtures::three_teams(task, mode),
             ));
         }
+    }
+    for (name, draft) in samples::large() {
+        policies.push((format!("golden_{}", name.replace('-', "_")), draft.encode()));
     }
     for (name, draft) in samples::perceiving() {
         let name = format!("golden_{}", name.replace('-', "_"));
@@ -173,7 +176,7 @@ fn timed_modules_are_current() {
         ("arithmetic", ARITHMETIC),
         ("transcendental", TRANSCENDENTAL),
     ] {
-        let (blob, _) = typical_graph(mix, 9, false, &drifting_observations());
+        let (blob, _) = typical_graph(mix, 9, &LONG, false, &drifting_observations());
         let policy = Policy::load(&blob).expect("a policy");
         let text = export::rust(
             &policy,

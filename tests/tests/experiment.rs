@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tpg_experiments::file::Experiment;
 use tpg_experiments::row::{
-    Access, AccessKind, CurvePoint, MemorySection, Row, read_row, read_table,
+    Ablation, Access, AccessKind, CurvePoint, Forgets, MemorySection, Row, read_row, read_table,
 };
 use tpg_tests::process::{finish, start, stderr, text, tpg, tpg_ok};
 use tpg_trainer::lower::Mode;
@@ -258,7 +258,7 @@ fn an_interrupted_experiment_goes_on() {
     assert_eq!(rows(&place.results()), rows(&undisturbed));
 }
 
-/// The same champion's accesses, counted once more from the trace that `tpg eval` writes of it.
+/// The same champion's accesses, counted once more from the trace that `tpg eval` writes of it, and what it scores if it forgets.
 #[test]
 fn accesses_are_those_of_a_trace() {
     let memory = TINY
@@ -300,6 +300,28 @@ fn accesses_are_those_of_a_trace() {
             .collect();
         assert!(cell.variant != "original" || written.values().sum::<u64>() > 0);
         assert_eq!(written, counted, "{}", cell.name);
+        let ablations = place.path(&format!("ablations/{}.csv", cell.name));
+        let ablations: Vec<Ablation> = if ablations.exists() {
+            read_table(&ablations).expect("whole")
+        } else {
+            Vec::new()
+        };
+        let forgotten: Vec<Forgets> = ablations.iter().map(|a| a.forgets).collect();
+        let expected = [Forgets::Registers, Forgets::Memory, Forgets::All];
+        assert_eq!(forgotten, expected, "{}", cell.name);
+        for ablation in ablations {
+            let what = format!("{:?}", ablation.forgets).to_lowercase();
+            let mut eval = vec!["eval", text(&whole), "--episodes", "4", "--seed", &seed];
+            eval.extend(["--json", "--ablate", &what]);
+            let report: serde_json::Value =
+                serde_json::from_slice(&tpg_ok(&eval).stdout).expect("JSON");
+            let returns = serde_json::json!(ablation.test_returns);
+            assert_eq!(
+                report["ablation"]["returns"], returns,
+                "{}: {what}",
+                cell.name
+            );
+        }
     }
 }
 

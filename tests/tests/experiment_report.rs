@@ -9,8 +9,8 @@ use tpg_experiments::file::Experiment;
 use tpg_experiments::folder::{Folder, Manifest};
 use tpg_experiments::report::{self, ReportError};
 use tpg_experiments::row::{
-    Access, AccessKind, CellFiles, CurvePoint, MemorySection, Row, write_accesses, write_curve,
-    write_row,
+    Ablation, Access, AccessKind, CellFiles, CurvePoint, Forgets, MemorySection, Row,
+    write_ablations, write_accesses, write_curve, write_row,
 };
 
 /// An experiment of chapter 3: two tasks, two variants, five repeats.
@@ -118,6 +118,17 @@ fn finish(folder: &Path, row: &Row) {
             }
         }
         write_accesses(&files.accesses, &accesses).expect("written");
+        // Without registers it loses as much in each episode as its repeat's number, without memory nothing.
+        let ablations = [(Forgets::Registers, row.repeat), (Forgets::Memory, 0)];
+        let ablations = ablations.map(|(forgets, drop)| {
+            let returns = row.test_returns.iter().map(|x| x - f64::from(drop));
+            Ablation {
+                forgets,
+                test_mean: row.test_mean - f64::from(drop),
+                test_returns: returns.collect(),
+            }
+        });
+        write_ablations(&files.ablations, &ablations).expect("written");
     }
     write_row(&files.row, row).expect("written");
 }
@@ -227,6 +238,24 @@ fn pairs_are_tested_over_episodes_and_over_seeds() {
 }
 
 #[test]
+fn what_champions_lose_by_forgetting_is_told_over_runs() {
+    let folder = chapter_3();
+    report::write(folder.path()).expect("a report");
+    let lines = table(folder.path(), "ablations.csv");
+    // Of both tasks the variant with memory, without its registers and without its memory.
+    assert_eq!(lines.len(), 4);
+    let (registers, memory) = (&lines[0], &lines[1]);
+    assert_eq!(registers["forgets"], "registers");
+    assert_near(number(registers, "drop"), 3.0);
+    assert!((number(registers, "drop_low") - 1.8).abs() <= 0.1);
+    assert_eq!(registers["losers"], "5 of 5");
+    assert_eq!(memory["forgets"], "shared memory");
+    assert_eq!([&*memory["drop"], &*memory["losers"]], ["0", "0 of 5"]);
+    let text = fs::read_to_string(folder.path().join("report/ablations.md")).expect("written");
+    assert!(text.contains("3.00 [1."), "{text}");
+}
+
+#[test]
 fn throughput_is_totals_over_hours() {
     let folder = chapter_3();
     report::write(folder.path()).expect("a report");
@@ -249,6 +278,8 @@ fn figures_are_drawn_and_the_same_results_give_the_same_bytes() {
         "scores.csv",
         "pairs.md",
         "pairs.csv",
+        "ablations.md",
+        "ablations.csv",
         "throughput.md",
         "throughput.csv",
         "figure-3.5.svg",

@@ -12,7 +12,7 @@ use tpg_runtime::blob::{
 use tpg_runtime::isa::Group;
 use tpg_runtime::parts::{Field, Table};
 use tpg_runtime::tables::Target;
-use tpg_runtime::{Blob, Header, Policy, VerifyError};
+use tpg_runtime::{Action, Blob, Header, Policy, VerifyError};
 use tpg_tests::draft::{Draft, DraftProgram, DraftTeam, TestAgent, header};
 use tpg_tests::random::{self, Dice};
 use tpg_tests::{golden, mend, old_format, samples};
@@ -47,7 +47,7 @@ fn the_smallest_file_is_as_printed() {
     assert_eq!(policy.contract(), 0x321a_567a_fd21_b1eb);
     let mut agent = TestAgent::new(policy).expect("room");
     let decision = agent.decide(&[0.5]).expect("one element");
-    assert_eq!(decision.action, tpg_runtime::Action::Discrete(1));
+    assert_eq!(decision.action, Action::Discrete(1));
     assert_eq!(rewrite(&printed), printed, "one policy has one encoding");
 }
 
@@ -301,7 +301,7 @@ fn sections_that_may_be_skipped_are_skipped() {
     golden::assert_bytes("v3/skipped.tpg", &skipped);
     let mut agent = TestAgent::new(Policy::load(&skipped).expect("a policy")).expect("room");
     let decision = agent.decide(&[0.0]).expect("one element");
-    assert_eq!(decision.action, tpg_runtime::Action::Discrete(1));
+    assert_eq!(decision.action, Action::Discrete(1));
     assert_eq!(
         rewrite(&skipped),
         minimal,
@@ -415,6 +415,68 @@ fn limits_are_those_of_the_version() {
     };
     assert_eq!(Policy::load(&beyond).map(|_| ()), Err(limit));
     assert!(Policy::load(&old_format(&beyond)).is_ok());
+}
+
+#[test]
+fn outputs_fill_vectors_of_their_program_and_no_more() {
+    let load = |draft: &Draft| Policy::load(&draft.encode()).map(|_| ());
+    for (name, draft) in samples::large() {
+        assert_eq!(load(&draft), Ok(()), "{name}");
+    }
+    let sample = |name| {
+        let found = samples::large().into_iter().find(|(n, _)| *n == name);
+        found.expect("a sample").1
+    };
+    // One more output would lie behind the last vector.
+    assert_eq!(load(&samples::outputs(3 * 32, [2, 4, 0], 1)), Ok(()));
+    let beyond = samples::outputs(3 * 32 + 1, [2, 4, 0], 1);
+    let refused = VerifyError::NoSuchTarget { program: 0 };
+    assert_eq!(load(&beyond), Err(refused));
+    let many = samples::outputs(257, [2, 9, 0], 0);
+    let most = VerifyError::Header {
+        field: Field::Actions,
+        needed: 256,
+        got: 257,
+    };
+    assert_eq!(load(&many), Err(most));
+    let mut silent = sample("each-78");
+    silent.teams[0].members.retain(|member| member % 78 != 70);
+    assert_eq!(load(&silent), Err(VerifyError::NoProgramFor { output: 70 }));
+    // Older versions have as many outputs as a vector has elements.
+    let refused = Policy::load(&old_format(&sample("each-78").encode())).map(|_| ());
+    let most = VerifyError::Header {
+        field: Field::Actions,
+        needed: 32,
+        got: 78,
+    };
+    assert_eq!(refused, Err(most));
+}
+
+#[test]
+fn outputs_are_the_winners_words_in_order() {
+    for (name, draft) in samples::large() {
+        let bytes = draft.encode();
+        let policy = Policy::load(&bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut agent = TestAgent::new(policy).expect("enough room");
+        let observation = vec![0.25; usize::from(policy.header().observation_len)];
+        let decision = agent.decide(&observation).expect("right length");
+        let Action::Continuous(outputs) = decision.action else {
+            panic!("{name}: {:?}", decision.action);
+        };
+        assert_eq!(outputs.len(), policy.header().outputs(), "{name}");
+        if name == "each-78" {
+            // Of the programs k and k + 78 of output k, those whose number 5 divides bid 1, the others 0.
+            let winner = |k: usize| {
+                if (k + 78).is_multiple_of(5) {
+                    k + 78
+                } else {
+                    k
+                }
+            };
+            let wanted: Vec<f32> = (0..78).map(|k| winner(k) as f32 / 256.0 + 0.25).collect();
+            assert_eq!(outputs, wanted, "{name}");
+        }
+    }
 }
 
 #[test]

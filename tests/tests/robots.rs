@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
+use tpg_runtime::Policy;
 use tpg_tests::process::{stderr, text, tpg, tpg_json, tpg_ok};
 
 /// A pendulum whose actuator has no name, as in Gymnasium's own hopper, ant and walker.
@@ -162,7 +163,8 @@ fn wide(inputs: usize, outputs: usize) -> (TempDir, PathBuf) {
         })
         .collect();
     let motors: String = (0..outputs)
-        .map(|i| format!("<motor name=\"a{i}\" joint=\"j{i}\" ctrlrange=\"-1 1\"/>"))
+        .map(|i| (i, i % inputs))
+        .map(|(i, j)| format!("<motor name=\"a{i}\" joint=\"j{j}\" ctrlrange=\"-1 1\"/>"))
         .collect();
     let model =
         format!("<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>");
@@ -199,11 +201,60 @@ fn more_inputs_than_a_vector_has_elements_train_without_a_word() {
 }
 
 #[test]
-fn more_outputs_than_a_vector_has_elements_are_refused_with_both_numbers() {
-    let (folder, path) = wide(33, 33);
-    let (status, message) = train("sr-sm", &path, &folder.path().join("run"), &FEW);
+fn more_outputs_than_a_vector_has_elements_train_loop_and_export() {
+    let (folder, path) = wide(40, 78);
+    let lines = [
+        "tuning.lines=1",
+        "tuning.directions=2",
+        "tuning.top=1",
+        "selection.candidates=0",
+    ];
+    let lines: Vec<&str> = lines.iter().flat_map(|line| ["--set", line]).collect();
+    let each = ["--set", "policy.action-programs=each", "--set"];
+    let sizes = [
+        "evolution.team.size.initial-max=80",
+        "--set",
+        "evolution.team.size.max=90",
+    ];
+    let each = [&FEW[..], &each, &sizes].concat();
+    for (name, variant, more) in [
+        ("evolved", "sr-sm", &FEW[..]),
+        ("linear", "champion", &lines),
+        ("each", "sl", &each),
+    ] {
+        let champion = trained(variant, &path, &folder.path().join(name), more);
+        let bytes = fs::read(&champion).expect("a champion");
+        let policy = Policy::load(&bytes).expect("a policy");
+        assert_eq!(policy.header().outputs(), 78, "{name}");
+        let run = |verb: &str| {
+            let arguments = [
+                "--task",
+                text(&path),
+                "--episodes",
+                "2",
+                "--seed",
+                "5",
+                "--json",
+            ];
+            tpg_json(&[&[verb, text(&champion)], &arguments[..]].concat())["returns"].clone()
+        };
+        let returns = run("eval");
+        assert_eq!(returns.as_array().map(Vec::len), Some(2));
+        assert_eq!(returns, run("hil"), "{name}");
+        let c = folder.path().join(name).join("policy.c");
+        tpg_ok(&["export", text(&champion), "--c", text(&c)]);
+    }
+}
+
+#[test]
+fn more_outputs_than_a_policy_can_have_are_refused_with_both_numbers() {
+    let (folder, path) = wide(2, 15);
+    let narrow = [&FEW[..], &["--set", "policy.width=2"]].concat();
+    let (status, message) = train("sr-sm", &path, &folder.path().join("run"), &narrow);
     assert_eq!(status, Some(2), "{message}");
-    assert!(message.contains("the 33 outputs and 32"), "{message}");
+    for word in ["policy.width = 2", "at most 14 outputs", "has 15"] {
+        assert!(message.contains(word), "no {word:?} in: {message}");
+    }
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn a_disassembly_reads_like_the_semantics() {
             &[
                 "team 0 (root): programs 0, 1, 2",
                 "v1 = v0 + v0",
-                "m1 = transpose(m0)",
+                "m1 = m0ᵀ",
                 "-> action v1",
             ],
         ),

@@ -1,6 +1,7 @@
 //! Configurations: defaults, preset, file and `--set`, in this order, into one checked value.
 
 mod checks;
+mod documented;
 mod error;
 mod front_end;
 mod layers;
@@ -11,6 +12,7 @@ mod settings;
 mod tests;
 
 pub use crate::keys::nearest;
+pub use documented::documented;
 pub use error::ConfigError;
 pub use layers::{default_table, differences, leaves, resolve};
 pub use preset::{Preset, presets};

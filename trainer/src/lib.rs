@@ -15,4 +15,5 @@ pub mod pool;
 pub mod report_page;
 pub mod run_folder;
 pub mod session;
+pub mod tensorboard;
 pub mod tune;

@@ -6,7 +6,7 @@
 //! | `champions/NNNNNN.tpg` | the champion of generation N, where it differs from the one before |
 //! | `log.csv` | one row for each generation |
 //! | `config.toml` | the resolved configuration |
-//! | `run.toml` | preset, seed, budget, command and versions |
+//! | `run.toml` | preset, seed, budget, command, versions; when, where and with how many threads it began |
 //! | `checkpoint` | everything that `--resume` needs |
 //! | `report.html` | all of this to look at |
 //! | `lock` | held by the process that trains, with its number in it |
@@ -14,6 +14,7 @@
 //! A power cut leaves the last checkpoint with everything that belongs to it: log and champions reach the disk before the
 //! checkpoint that counts them. What comes after is made again by a resume, byte for byte.
 
+mod begun;
 mod error;
 mod history;
 mod lock;
@@ -37,6 +38,7 @@ use crate::session::{
 };
 use tpg_tasks::task::Spec;
 
+use begun::Begun;
 pub use error::RunFolderError;
 use error::{malformed, read, unwritable};
 use history::History;
@@ -93,6 +95,10 @@ pub struct Origin {
     pub command: Vec<String>,
     /// What of its history stays.
     pub keep: Keep,
+    /// Threads that score, or ranks of an MPI job.
+    pub threads: usize,
+    /// The commit that the program was built from, where it is known.
+    pub commit: Option<String>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -104,6 +110,9 @@ struct RunFile {
     command: Vec<String>,
     keep: Keep,
     made_with: MadeWith,
+    /// Folders of older versions do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    begun: Option<Begun>,
 }
 
 /// The folder of a run in progress.
@@ -152,6 +161,7 @@ impl RunFolder {
             command: origin.command,
             keep: origin.keep,
             made_with: MadeWith::this_build(FORMAT),
+            begun: Some(Begun::now(origin.threads, origin.commit.as_deref())),
         };
         write(&path.join("run.toml"), as_toml(&run).as_bytes())?;
         // Of a run that ended before its first checkpoint.

@@ -2,7 +2,7 @@
 
 use std::env;
 
-fn main() {
+pub(crate) fn main() {
     println!("cargo::rerun-if-env-changed=MUJOCO_DYNAMIC_LINK_DIR");
     let unix = env::var("CARGO_CFG_TARGET_FAMILY").is_ok_and(|family| family == "unix");
     if env::var_os("CARGO_FEATURE_MUJOCO").is_some()

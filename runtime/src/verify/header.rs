@@ -8,6 +8,8 @@ use crate::tables::{Tables, Target};
 
 /// Largest vector width that the interpreter supports.
 pub const MAX_WIDTH: u16 = 32;
+/// Most outputs of a continuous policy. Before version 3 it is the vector width.
+pub const MAX_OUTPUTS: u16 = 256;
 /// Largest number of state words: 65 535. Every offset must fit in 16 bits, including the offset just past the end.
 pub const MAX_WORDS: u32 = u16::MAX as u32;
 
@@ -124,11 +126,12 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
         {
             return Err(VerifyError::ActionRange);
         }
-        at_most(
-            Field::Actions,
-            u32::from(header.width),
-            u32::from(header.actions),
-        )?;
+        let most = if header.has_missing_values() {
+            MAX_OUTPUTS
+        } else {
+            header.width
+        };
+        at_most(Field::Actions, u32::from(most), u32::from(header.actions))?;
         if header.action_kind == ActionKind::Each {
             require(Field::Teams, 1, u32::from(header.teams))?;
             // A policy with one output is stored as `Continuous`. The format allows only one encoding of a policy.

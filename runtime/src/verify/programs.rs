@@ -72,7 +72,7 @@ pub(super) fn has_constants(
 /// Whether the program's output is a register of the right kind.
 ///
 /// For one output it must be a scalar register of the program. For several outputs of one program it must be the first
-/// word of a vector register. A program without a continuous action must name the start of its registers, so that the
+/// word of a vector register, and all outputs lie in the program's vectors. A program without a continuous action must name the start of its registers, so that the
 /// program has only one encoding.
 fn output_in_place(header: &Header, program: &Program) -> bool {
     let operands = Operands::new(header, program);
@@ -83,7 +83,9 @@ fn output_in_place(header: &Header, program: &Program) -> bool {
         (ActionKind::Continuous, Target::Atomic(_)) if header.actions == 1 => {
             operands.is_scalar(output)
         }
-        (ActionKind::Continuous, Target::Atomic(_)) => operands.is_vector(output),
+        (ActionKind::Continuous, Target::Atomic(_)) => {
+            operands.is_vector(output) && operands.is_in_vectors(output, header.outputs())
+        }
     }
 }
 
@@ -111,6 +113,12 @@ impl Operands {
 
     fn is_vector(&self, at: usize) -> bool {
         matches!(self.registers.locate(at), Some(Location::Vector(_, 0)))
+    }
+
+    /// Whether this word and the `len` − 1 behind it are vector registers, one or several.
+    fn is_in_vectors(&self, at: usize, len: usize) -> bool {
+        let last = at + len.saturating_sub(1);
+        matches!(self.registers.locate(last), Some(Location::Vector(..)))
     }
 
     fn is_matrix(&self, at: usize) -> bool {

@@ -5,6 +5,7 @@ use super::header::{MAX_WORDS, at_most, count, require};
 use super::programs::{has_constants, within};
 use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::isa::{Destination, INDEXED_CELLS, Op, Section};
+use crate::outputs::OutputSet;
 use crate::parts::{CodeField, Field, Table};
 use crate::tables::{Instruction, Program, ProgramId, Tables, Target, Team, TeamId, span};
 
@@ -91,8 +92,7 @@ fn check_lists(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> 
             return Err(VerifyError::EmptyTeam { team: number });
         }
         let mut exit = false;
-        // One bit for each output is enough: a policy has at most as many outputs as its width, which is at most 32.
-        let mut given = 0u32;
+        let mut given = OutputSet::default();
         for ProgramId(member) in tables.members(&team) {
             let Some(program) = tables.program(ProgramId(member)) else {
                 return Err(VerifyError::NoSuchProgram {
@@ -102,13 +102,13 @@ fn check_lists(header: &Header, tables: &Tables<'_>) -> Result<(), VerifyError> 
             };
             if let Target::Atomic(action) = program.target {
                 exit = true;
-                given |= 1u32 << (action & 31);
+                given.insert(action);
             }
         }
         if !exit {
             return Err(VerifyError::NoExit { team: number });
         }
-        let output = given.trailing_ones() as u16;
+        let output = given.first_missing();
         if header.action_kind == ActionKind::Each && output < header.actions {
             return Err(VerifyError::NoProgramFor { output });
         }

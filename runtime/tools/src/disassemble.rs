@@ -1,21 +1,27 @@
 //! Shows policies in readable form: programs as text, the graph in DOT or SVG.
 
+mod cards;
+mod constants;
 mod graph;
+mod memory;
 mod names;
+mod notation;
 
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::Policy;
 use tpg_runtime::blob::ActionKind;
-use tpg_runtime::isa::{Op, Operand};
+use tpg_runtime::isa::Operand;
 use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, TeamId};
 
-pub use graph::{dot, svg};
+pub use cards::{Wins, svg};
+pub use graph::dot;
 pub use names::inputs_used;
 
 use names::{Names, output_name};
+use notation::notation;
 
-/// Returns every team and program of a policy as text, in the notation of [`Op::notation`].
+/// Returns every team and program of a policy as text, with its constants.
 #[must_use]
 pub fn disassemble(policy: &Policy<'_>) -> String {
     let mut text = String::new();
@@ -26,34 +32,54 @@ pub fn disassemble(policy: &Policy<'_>) -> String {
 
 fn write_policy(out: &mut String, policy: &Policy<'_>) -> fmt::Result {
     let tables = policy.tables();
+    if let Some(front_end) = policy.front_end() {
+        let missing = front_end.fallback.name();
+        writeln!(
+            out,
+            "obs is standardised by the front end; missing elements: {missing}\n"
+        )?;
+    }
     for (number, team) in
         (0..policy.header().teams).filter_map(|k| Some((k, tables.team(TeamId(k))?)))
     {
         let root = if number == 0 { " (root)" } else { "" };
         let members: Vec<String> = tables.members(&team).map(|p| p.0.to_string()).collect();
         writeln!(out, "team {number}{root}: programs {}", members.join(", "))?;
+        memory::write(out, policy, &team)?;
     }
     for number in 0..policy.header().programs {
-        let Some(program) = tables.program(ProgramId(number)) else {
-            continue;
-        };
-        let names = Names::new(policy, &program);
-        writeln!(
-            out,
-            "\nprogram {number} -> {}",
-            target(policy, &program, &names)
-        )?;
-        let used = inputs_used(policy, tables.code(&program));
-        if !used.is_empty() {
-            writeln!(out, "  ; inputs {}", used.join(", "))?;
-        }
-        let code = tables.code(&program).iter();
-        for instruction in code.filter_map(Instruction::from_bytes) {
-            writeln!(out, "  {}", notation(&instruction, &names))?;
-        }
-        writeln!(out, "  bid s0")?;
+        writeln!(out)?;
+        write_program(out, policy, number)?;
     }
     Ok(())
+}
+
+/// One program as [`disassemble`] writes it.
+fn program_text(policy: &Policy<'_>, number: u16) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_program(&mut text, policy, number);
+    text
+}
+
+fn write_program(out: &mut String, policy: &Policy<'_>, number: u16) -> fmt::Result {
+    let tables = policy.tables();
+    let Some(program) = tables.program(ProgramId(number)) else {
+        return Ok(());
+    };
+    let names = Names::new(policy, &program);
+    let target = target(policy, &program, &names);
+    writeln!(out, "program {number} -> {target}")?;
+    let used = inputs_used(policy, tables.code(&program));
+    if !used.is_empty() {
+        writeln!(out, "  ; inputs {}", used.join(", "))?;
+    }
+    constants::write(out, policy, &program, &names)?;
+    let code = tables.code(&program).iter();
+    for instruction in code.filter_map(Instruction::from_bytes) {
+        writeln!(out, "  {}", notation(&instruction, &names))?;
+    }
+    writeln!(out, "  bid s0")
 }
 
 /// The program's target, with the registers that hold a continuous action.
@@ -74,13 +100,4 @@ fn target(policy: &Policy<'_>, program: &Program, names: &Names<'_>) -> String {
             }
         }
     }
-}
-
-fn notation(instruction: &Instruction, names: &Names<'_>) -> String {
-    let Instruction { op, d, a, b } = *instruction;
-    let [kind_a, kind_b] = Op::operands(op);
-    op.notation()
-        .replace("{d}", &names.destination(op.destination(), d))
-        .replace("{a}", &names.operand(kind_a, a))
-        .replace("{b}", &names.operand(kind_b, b))
 }

@@ -8,7 +8,7 @@ use tpg_runtime::tables::{Instruction, Program, Section, Tables, Target, Team};
 use tpg_runtime::{Agent, AnyWidth, Header, State};
 
 /// An agent with room for every policy that the tests make.
-pub type TestAgent<'p> = Agent<'p, AnyWidth, State<4096, 64, 32, 64>>;
+pub type TestAgent<'p> = Agent<'p, AnyWidth, State<4096, 192, 32, 64>>;
 
 /// A policy before its layout.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! `tpg inspect`
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use tpg_runtime::blob::ActionKind;
@@ -10,9 +10,11 @@ use tpg_runtime::{Capacities, Policy};
 
 use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tools::disassemble::{disassemble, dot, inputs_used, svg};
+use tpg_tools::disassemble::{Wins, disassemble, dot, inputs_used, svg};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session;
+
+use crate::replay::decide_again;
 
 /// Arguments of `tpg inspect`.
 #[derive(Debug, clap::Args)]
@@ -29,9 +31,12 @@ pub(crate) struct Args {
     /// Write the graph of teams and programs to a file, for Graphviz.
     #[arg(long, value_name = "FILE")]
     dot: Option<PathBuf>,
-    /// Draw the graph of teams and programs.
+    /// Draw the graph: teams as cards, programs as rows.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    /// Trace of the policy (`tpg eval --trace`): programs are drawn in the order in which they win.
+    #[arg(long, value_name = "FILE.trace", requires = "svg")]
+    trace: Option<PathBuf>,
 }
 
 /// What a policy contains and needs; the fields are the keys of `--json`.
@@ -128,14 +133,14 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         (read.or_bad_input(format!("cannot read {file}"))?, None)
     };
     let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
-    let drawings = [
-        (&args.dot, dot as fn(&Policy<'_>) -> String),
-        (&args.svg, svg),
-    ];
-    for (path, draw) in drawings {
-        if let Some(path) = path {
-            std::fs::write(path, draw(&policy)).or_unwritable(path)?;
-        }
+    if let Some(path) = &args.dot {
+        std::fs::write(path, dot(&policy)).or_unwritable(path)?;
+    }
+    if let Some(path) = &args.svg {
+        let trace = args.trace.as_deref();
+        let wins = trace.map(|trace| wins(trace, &args.file, &bytes));
+        let drawing = svg(&policy, wins.transpose()?.as_ref());
+        std::fs::write(path, drawing).or_unwritable(path)?;
     }
     let mut summary = summarise(&policy, bytes.len());
     if let Some(whole) = &whole {
@@ -155,6 +160,23 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         print(summary)?;
     }
     Ok(Status::Fine)
+}
+
+/// How often which program won in a trace.
+fn wins(trace: &Path, file: &Path, bytes: &[u8]) -> Result<Wins, Failure> {
+    let mut wins = Wins::new();
+    decide_again(trace, file, bytes, |decision| {
+        for visit in &decision.path {
+            let winners = match visit.outputs.as_slice() {
+                [] => std::slice::from_ref(&visit.winner),
+                outputs => outputs,
+            };
+            for winner in winners {
+                *wins.entry((visit.team, *winner)).or_default() += 1;
+            }
+        }
+    })?;
+    Ok(wins)
 }
 
 fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {

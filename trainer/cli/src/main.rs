@@ -3,6 +3,8 @@
 // These macros panic where the output is closed; `console` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+mod completions;
+mod config;
 mod convert;
 mod eval;
 mod experiment;
@@ -13,15 +15,17 @@ mod health;
 mod inspect;
 mod interrupt;
 mod keygen;
+mod man;
 mod presets;
 mod progress;
 mod replay;
 mod sign;
 mod train;
+mod version;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use tpg_tasks::console::report;
 use tpg_tasks::exit_status::Status;
 
@@ -29,7 +33,7 @@ use tpg_tasks::exit_status::Status;
 #[derive(Debug, Parser)]
 #[command(
     name = "tpg",
-    version,
+    version = version::VERSION,
     after_help = Status::help("A first run: tpg train cartpole-sr-sm --generations 20 --out runs/first")
 )]
 struct Cli {
@@ -67,6 +71,12 @@ enum Verb {
     Replay(replay::Args),
     /// List the presets that `tpg train` knows.
     Presets(presets::Args),
+    /// Print every key of a configuration with its meaning, its default and its value.
+    Config(config::Args),
+    /// Print a script that lets a shell complete the words of this command.
+    Completions(completions::Args),
+    /// Write manual pages, one for each verb.
+    Man(man::Args),
 }
 
 fn main() -> ExitCode {
@@ -85,6 +95,9 @@ fn main() -> ExitCode {
         Verb::Experiment(args) => experiment::run(&args),
         Verb::Replay(args) => replay::run(&args),
         Verb::Presets(args) => presets::run(&args),
+        Verb::Config(args) => config::run(&args),
+        Verb::Completions(args) => completions::run(&args, Cli::command()),
+        Verb::Man(args) => man::run(&args, Cli::command()),
     };
     match result {
         Ok(status) => status.into(),

@@ -2,13 +2,13 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use tpg_runtime::{HostAgent, Policy};
 
 use tpg_tasks::console::{print, print_json};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
-use tpg_tasks::trace::{ReplayError, replay};
+use tpg_tasks::trace::{Decision, ReplayError, replay_with};
 
 /// Arguments of `tpg replay`.
 #[derive(Debug, clap::Args)]
@@ -25,20 +25,9 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
-    let (trace, file) = (args.trace.display(), args.policy.display());
+    let file = args.policy.display();
     let bytes = std::fs::read(&args.policy).or_bad_input(format!("cannot read {file}"))?;
-    let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
-    let lines = File::open(&args.trace).or_bad_input(format!("cannot read {trace}"))?;
-    let mut agent = Box::new(HostAgent::new(policy).or_bad_input(format!("cannot run {file}"))?);
-    let result = replay(BufReader::new(lines), &bytes, &mut agent);
-    let result = match result {
-        Err(other @ ReplayError::OtherPolicy { .. }) => {
-            Err(other).or_usage(format!("cannot replay {trace} with {file}"))?
-        }
-        other => other.or_bad_input(format!("cannot replay {trace}"))?,
-    };
-    // A decision that comes out differently is a defect: of the build, the machine or the trace.
-    let decisions = result.map_err(|difference| Failure::new(Status::OurFault, difference))?;
+    let decisions = decide_again(&args.trace, &args.policy, &bytes, |_| ())?;
     if args.json {
         print_json(&serde_json::json!({ "decisions": decisions }))?;
     } else {
@@ -47,4 +36,25 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
         ))?;
     }
     Ok(Status::Fine)
+}
+
+/// Decides a trace's decisions again with the policy in `bytes`, shows each, and returns how many there are.
+pub(crate) fn decide_again(
+    trace: &Path,
+    file: &Path,
+    bytes: &[u8],
+    show: impl FnMut(&Decision),
+) -> Result<u64, Failure> {
+    let (path, file) = (trace.display(), file.display());
+    let policy = Policy::load(bytes).or_bad_input(format!("cannot use {file}"))?;
+    let lines = File::open(trace).or_bad_input(format!("cannot read {path}"))?;
+    let mut agent = Box::new(HostAgent::new(policy).or_bad_input(format!("cannot run {file}"))?);
+    let result = match replay_with(BufReader::new(lines), bytes, &mut agent, show) {
+        Err(other @ ReplayError::OtherPolicy { .. }) => {
+            Err(other).or_usage(format!("cannot replay {path} with {file}"))?
+        }
+        other => other.or_bad_input(format!("cannot replay {path}"))?,
+    };
+    // A decision that comes out differently is a defect: of the build, the machine or the trace.
+    result.map_err(|difference| Failure::new(Status::OurFault, difference))
 }

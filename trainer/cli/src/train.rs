@@ -1,23 +1,26 @@
 //! `tpg train`
 
+mod outputs;
 mod ranks;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use super::config::configuration;
 use super::progress::Progress;
+use super::version::COMMIT;
 use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{LOOP_INPUTS, LOOP_OUTPUTS};
-use tpg_tasks::task::{ActionSpace, description_file, locate};
-use tpg_trainer::config::{Preset, resolve};
+use tpg_tasks::task::{ActionSpace, description_file};
 use tpg_trainer::evaluator::Evaluator;
 use tpg_trainer::evolve::{Initial, linear_inputs};
 use tpg_trainer::monitor::Monitor;
 use tpg_trainer::run_folder::{Keep, Origin, RunFolder};
 use tpg_trainer::session::{Budget, GenerationReport, Session, train};
 
+use outputs::Outputs;
 use ranks::Ranks;
 
 /// Generations of a run that names no budget.
@@ -82,6 +85,12 @@ pub(crate) struct Args {
         conflicts_with = "resume"
     )]
     checkpoint_every: u64,
+    /// Print a JSON object a line to standard output: one when training begins, one for each generation, one at the end.
+    #[arg(long)]
+    json: bool,
+    /// Write an event file for TensorBoard into the run's folder.
+    #[arg(long)]
+    tensorboard: bool,
 }
 
 fn positive_minutes(text: &str) -> Result<f64, String> {
@@ -100,7 +109,7 @@ impl Args {
     }
 
     /// The session to begin or to go on with, its folder, and its budget.
-    fn open(&self) -> Result<(Session, RunFolder, Budget), Failure> {
+    fn open(&self, threads: usize) -> Result<(Session, RunFolder, Budget), Failure> {
         if let Some(folder) = &self.resume {
             let (folder, session, recorded) =
                 RunFolder::open(folder, self.accept_changed_task).map_err(Failure::of)?;
@@ -110,19 +119,8 @@ impl Args {
         let Some(name) = &self.preset else {
             return Err(Failure::usage(anyhow::anyhow!("a preset is needed")));
         };
-        let preset = Preset::find(name).or_usage("bad preset")?;
-        let file = match &self.config {
-            Some(path) => {
-                let shown = path.display();
-                Some(std::fs::read_to_string(path).or_bad_input(format!("cannot read {shown}"))?)
-            }
-            None => None,
-        };
-        let mut config =
-            resolve(&preset, file.as_deref(), &self.sets).or_usage("bad configuration")?;
-        if let Some(task) = &self.task {
-            config.task = locate(task);
-        }
+        let (file, task) = (self.config.as_deref(), self.task.as_deref());
+        let config = configuration(name, file, &self.sets, task)?;
         let seed = self.seed.unwrap_or(0);
         let session = Session::new(config, seed).or_usage("bad configuration")?;
         warn_of_the_loop(&session);
@@ -133,14 +131,14 @@ impl Args {
         let origin = Origin {
             preset: name.clone(),
             budget,
-            command: std::env::args_os()
-                .map(|word| word.to_string_lossy().into_owned())
-                .collect(),
+            command: command(),
             keep: Keep {
                 log_every: self.log_every,
                 champions: self.keep_champions,
                 checkpoint_every: self.checkpoint_every,
             },
+            threads,
+            commit: COMMIT.map(str::to_owned),
         };
         let out = self.out.clone().unwrap_or_else(|| free_folder(name, seed));
         let folder = RunFolder::create(&out, &session, origin).map_err(Failure::of)?;
@@ -149,6 +147,18 @@ impl Args {
         }
         Ok((session, folder, budget))
     }
+}
+
+/// The words of this command. The program goes by its name: its path says something of a machine, nothing of the run.
+fn command() -> Vec<String> {
+    let mut words = std::env::args_os();
+    let program = words.next().map(PathBuf::from);
+    let program = program.as_deref().and_then(Path::file_name);
+    let program = program.map(std::ffi::OsStr::to_owned);
+    let words = program.into_iter().chain(words);
+    words
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect()
 }
 
 /// A folder below `runs` that does not exist.
@@ -168,27 +178,33 @@ fn train_here(
     stop: Arc<AtomicBool>,
     ranks: Option<&mut Ranks>,
 ) -> Result<Status, Failure> {
-    let (mut session, mut folder, budget) = args.open()?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = match &ranks {
+        Some(ranks) => ranks.size(),
+        None => args.threads.map_or(cores, usize::from),
+    };
+    let (mut session, mut folder, budget) = args.open(threads)?;
     let monitor = Arc::new(Monitor::new(stop));
     let mut evaluator: Box<dyn Evaluator + '_> = match ranks {
         Some(ranks) => ranks.evaluator(&session, &monitor)?,
         None => {
-            let cores = std::thread::available_parallelism().map_or(1, usize::from);
-            let threads = args.threads.map_or(cores, usize::from);
             let pool = session.pool(threads).or_usage("bad configuration")?;
             Box::new(pool.with_monitor(monitor.clone()))
         }
     };
+    let mut outputs = Outputs::begin(args.json, args.tensorboard, &session, &folder, threads)?;
     let mut progress = Progress::new(budget, &session, monitor.clone());
     let mut stability = Stability::default();
     let result = train(&mut session, &mut *evaluator, budget, |session, report| {
         progress.show(report);
         stability.count(report, monitor.instability());
-        folder.record(session, report)
+        folder.record(session, report).map_err(Failure::of)?;
+        outputs.generation(report)
     });
     progress.finish();
-    result.map_err(Failure::of)?;
+    result?;
     folder.finish(&session).map_err(Failure::of)?;
+    outputs.end(&session, &folder, monitor.interrupted())?;
     summary(&session, &folder);
     if monitor.interrupted() {
         let folder = folder.path().display().to_string();

@@ -12,8 +12,11 @@ use tpg_runtime::Policy;
 
 use crate::file::{Cell, Experiment};
 use crate::folder::{FORMAT, Folder};
-use crate::row::{CurvePoint, Row, TableError, read_table, write_accesses, write_curve, write_row};
-use crate::score::test;
+use crate::row::{
+    CurvePoint, Row, TableError, read_table, write_ablations, write_accesses, write_curve,
+    write_row,
+};
+use crate::score::{forgetting, test};
 use tpg_tasks::console::note;
 use tpg_tasks::eval::Episode;
 use tpg_tasks::exit_status::{Failure, Fault as _};
@@ -37,7 +40,7 @@ pub fn run(
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<Row>, Failure> {
     let work = folder.work(cell);
-    let (mut session, mut run_folder) = open(&work, cell)?;
+    let (mut session, mut run_folder) = open(&work, cell, experiment.threads)?;
     let pool = session
         .pool(experiment.threads)
         .or_usage("bad configuration")?;
@@ -58,7 +61,7 @@ pub fn run(
 }
 
 /// The run that lies in the folder, or a new one.
-fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
+fn open(work: &Path, cell: &Cell, threads: usize) -> Result<(Session, RunFolder), Failure> {
     if work.join("checkpoint").exists() {
         match RunFolder::open(work, false) {
             Ok((run_folder, session, _)) if is_of(&session, cell) => {
@@ -85,6 +88,8 @@ fn open(work: &Path, cell: &Cell) -> Result<(Session, RunFolder), Failure> {
         budget: cell.budget,
         command: std::env::args().collect(),
         keep: Keep::default(),
+        threads,
+        commit: None,
     };
     let run_folder = RunFolder::create(work, &session, origin).map_err(Failure::of)?;
     Ok((session, run_folder))
@@ -149,7 +154,7 @@ impl CpuLog {
     }
 }
 
-/// Tests the champion and writes accesses, learning curve and row, in this order: a row means that all is there.
+/// Tests the champion and writes its tables, the learning curve and last the row: a row means that all is there.
 fn write(
     experiment: &Experiment,
     folder: &Folder,
@@ -169,6 +174,10 @@ fn write(
     }
     if cell.has_memory {
         write_accesses(&files.accesses, &tested.accesses)?;
+    }
+    let ablations = forgetting(session, cell.seed, experiment.test_episodes)?;
+    if !ablations.is_empty() {
+        write_ablations(&files.ablations, &ablations)?;
     }
     write_curve(&files.curve, &curve(&folder.work(cell))?)?;
     let blob = session.export_champion()?;

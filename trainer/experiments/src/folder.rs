@@ -6,6 +6,7 @@
 //! | `rows/` | a [`Row`] for each finished run |
 //! | `curves/` | its learning curve |
 //! | `accesses/` | its champion's memory accesses, where there is memory |
+//! | `ablations/` | what its champion scores if it forgets, where something outlives a decision |
 //! | `work/` | run folders of runs that are not finished, and which process does them |
 
 use std::collections::BTreeMap;
@@ -151,7 +152,7 @@ impl Folder {
                 });
             }
         }
-        for kind in ["rows", "curves", "accesses", "work"] {
+        for kind in ["rows", "curves", "accesses", "ablations", "work"] {
             fs::create_dir_all(path.join(kind)).map_err(|e| unreadable(path, &e))?;
         }
         if !is_current {
@@ -220,13 +221,13 @@ impl Folder {
         Ok(Found::Finished)
     }
 
-    /// Removes the row of a run with its curve and accesses.
+    /// Removes the row of a run with its other tables.
     ///
     /// # Errors
     /// [`FolderError::Unreadable`] if one of them stays.
     pub fn remove(&self, cell: &Cell) -> Result<(), FolderError> {
         let files = self.files(cell);
-        for path in [files.row, files.curve, files.accesses] {
+        for path in [files.row, files.curve, files.accesses, files.ablations] {
             match fs::remove_file(&path) {
                 Err(e) if e.kind() != ErrorKind::NotFound => return Err(unreadable(&path, &e)),
                 _ => {}

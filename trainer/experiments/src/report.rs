@@ -2,6 +2,7 @@
 //!
 //! The same results give the same bytes in every file.
 
+mod ablations;
 mod canvas;
 mod curves;
 mod figure;
@@ -102,11 +103,13 @@ pub fn write(folder: &Path) -> Result<Summary, ReportError> {
     let runs = completeness(&results);
     let there = format!("{runs}.");
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    for table in [
-        scores::scores(&results, &there),
-        pairs::pairs(&results, &there),
-        scores::throughput(&results, &there),
-    ] {
+    let tables = [
+        Some(scores::scores(&results, &there)),
+        Some(pairs::pairs(&results, &there)),
+        ablations::ablations(&results, &there),
+        Some(scores::throughput(&results, &there)),
+    ];
+    for table in tables.into_iter().flatten() {
         let name = format!("{}.csv", table.name);
         let csv = table.csv().map_err(|error| defect(&name, &error))?;
         files.push((format!("{}.md", table.name), table.markdown().into_bytes()));

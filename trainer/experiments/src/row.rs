@@ -143,6 +143,30 @@ pub struct Access {
     pub decisions: u64,
 }
 
+/// What a champion forgets before every decision: it is then as the evolved constants make it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Forgets {
+    /// Its registers.
+    Registers,
+    /// Shared memory.
+    Memory,
+    /// Both.
+    All,
+}
+
+/// What the champion scores in the test episodes if it forgets: the columns of `ablations/CELL.csv`, in order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ablation {
+    /// What it forgets.
+    pub forgets: Forgets,
+    /// Mean return of the test episodes.
+    pub test_mean: f64,
+    /// Each of those returns, in the order of the row's.
+    #[serde(with = "spaced")]
+    pub test_returns: Vec<f64>,
+}
+
 /// The name of a run's files: `TASK.VARIANT.REPEAT`.
 #[must_use]
 pub fn cell_name(task: &str, variant: &str, repeat: u32) -> String {
@@ -158,6 +182,8 @@ pub struct CellFiles {
     pub curve: PathBuf,
     /// Its champion's memory accesses: [`Access`]es; only where there is memory.
     pub accesses: PathBuf,
+    /// What it scores if it forgets: [`Ablation`]s; only where something outlives a decision.
+    pub ablations: PathBuf,
 }
 
 impl CellFiles {
@@ -169,6 +195,7 @@ impl CellFiles {
             row: file("rows"),
             curve: file("curves"),
             accesses: file("accesses"),
+            ablations: file("ablations"),
         }
     }
 }
@@ -228,7 +255,7 @@ pub fn read_row(path: &Path) -> Result<Row, TableError> {
     Ok(row)
 }
 
-/// Reads all rows of a table: [`CurvePoint`]s or [`Access`]es.
+/// Reads all rows of a table: [`CurvePoint`]s, [`Access`]es or [`Ablation`]s.
 ///
 /// # Errors
 /// [`TableError::Malformed`] if a column is missing, a field is none of its kind, or the last line has no end.
@@ -282,6 +309,14 @@ pub fn write_curve(path: &Path, points: &[CurvePoint]) -> Result<(), TableError>
 /// [`TableError::Io`].
 pub fn write_accesses(path: &Path, accesses: &[Access]) -> Result<(), TableError> {
     write_table(path, accesses)
+}
+
+/// Writes `ablations/CELL.csv`.
+///
+/// # Errors
+/// [`TableError::Io`].
+pub fn write_ablations(path: &Path, ablations: &[Ablation]) -> Result<(), TableError> {
+    write_table(path, ablations)
 }
 
 /// Replaces a file as a whole; neither a crash nor a power cut leaves a part of it.

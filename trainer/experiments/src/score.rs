@@ -3,15 +3,19 @@
 
 use std::collections::BTreeMap;
 
+use tpg_runtime::blob::{MemoryModel, RegisterMode};
 use tpg_runtime::isa::REGISTERS;
 use tpg_runtime::tables::{ProgramId, Section};
 use tpg_runtime::trace::{MemoryAddress, Observer};
-use tpg_runtime::{CapacityError, HostAgent, ObservationError, Policy, Reset, VerifyError};
-
-use super::row::{Access, AccessKind, MemorySection};
-use tpg_tasks::eval::{
-    Controller, Domain, Episode, EvaluationError, Reply, episode_seed, evaluate,
+use tpg_runtime::{
+    CapacityError, HostAgent, ObservationError, Policy, Reset, Restore, VerifyError,
 };
+
+use super::row::{Ablation, Access, AccessKind, Forgets, MemorySection};
+use tpg_tasks::eval::{
+    Controller, Domain, Episode, EvaluationError, Forgetful, Reply, episode_seed, evaluate,
+};
+use tpg_tasks::stats;
 use tpg_trainer::config::{ConfigError, Settings};
 use tpg_trainer::lower::Mode;
 use tpg_trainer::session::{Session, SessionError};
@@ -80,6 +84,41 @@ pub fn test(session: &Session, seed: u64, episodes: u32) -> Result<Tested, TestE
     }
 }
 
+/// What the exported champion scores on the same episodes if it forgets before every decision, for each thing that it could
+/// keep. Empty if nothing outlives a decision.
+///
+/// # Errors
+/// [`TestError`].
+pub fn forgetting(session: &Session, seed: u64, episodes: u32) -> Result<Vec<Ablation>, TestError> {
+    let blob = session.export_champion()?;
+    let policy = Policy::load(&blob)?;
+    let header = policy.header();
+    let registers = header.register_mode == RegisterMode::Stateful;
+    let memory = header.memory_model != MemoryModel::None;
+    let kinds = [
+        (registers, Forgets::Registers, Restore::Registers),
+        (memory, Forgets::Memory, Restore::Memory),
+        (registers && memory, Forgets::All, Restore::All),
+    ];
+    let kinds = kinds.into_iter().filter(|(there, ..)| *there);
+    let ablation = |(_, forgets, restore)| {
+        let mut arena = Settings::new(session.config())?.arena()?;
+        let mut forgetful = Forgetful::new(agent(&blob)?, restore);
+        let episodes = evaluate(&mut arena, &mut forgetful, seeds(seed, episodes))?;
+        let test_returns: Vec<f64> = episodes.iter().map(|e| e.total).collect();
+        Ok(Ablation {
+            forgets,
+            test_mean: stats::mean(&test_returns),
+            test_returns,
+        })
+    };
+    kinds.map(ablation).collect()
+}
+
+fn seeds(seed: u64, episodes: u32) -> impl Iterator<Item = u64> {
+    (0..u64::from(episodes)).map(move |k| episode_seed(Domain::Test, seed, 0, k))
+}
+
 fn agent(blob: &[u8]) -> Result<Box<HostAgent<'_>>, TestError> {
     Ok(Box::new(HostAgent::new(Policy::load(blob)?)?))
 }
@@ -96,8 +135,7 @@ fn run(
         agent,
         counter: Counter::default(),
     };
-    let seeds = (0..u64::from(episodes)).map(|k| episode_seed(Domain::Test, seed, 0, k));
-    let episodes = evaluate(&mut arena, &mut counting, seeds)?;
+    let episodes = evaluate(&mut arena, &mut counting, seeds(seed, episodes))?;
     let mut tested = Tested {
         episodes,
         accesses: Vec::new(),

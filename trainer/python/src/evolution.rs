@@ -132,6 +132,9 @@ impl Evolution {
                         champions: keep.1,
                         checkpoint_every: keep.2,
                     },
+                    // Episodes are run by Python.
+                    threads: 1,
+                    commit: None,
                 };
                 let made = RunFolder::create(&path, &session, origin);
                 Some(made.map_err(|error| folder_error(&error))?)

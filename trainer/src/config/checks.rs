@@ -24,6 +24,7 @@ pub(super) fn check(
     check_tuning(&config.tuning, policy_spec)?;
     check_memory(config, policy_spec, ops)?;
     check_curriculum(config, policy_spec)?;
+    check_dropping(config, policy_spec)?;
     let scored_again = [
         ("evaluation.elites", config.evaluation.elites),
         ("tuning.lines", config.tuning.lineages),
@@ -35,6 +36,26 @@ pub(super) fn check(
                        policy.reset-scope, or 0";
             return Err(ConfigError::value(key, number, why));
         }
+    }
+    Ok(())
+}
+
+fn check_dropping(config: &Config, policy_spec: &PolicySpec) -> Result<(), ConfigError> {
+    let (key, drop_after) = ("evaluation.drop-after", config.evaluation.drop_after);
+    if drop_after == 0 {
+        return Ok(());
+    }
+    let episodes = config.evaluation.episodes;
+    if drop_after < 2 || drop_after >= episodes {
+        let why = format!(
+            "at least 2 episodes tell how far one lies behind, and fewer than evaluation.episodes = {episodes} must be; or 0"
+        );
+        return Err(ConfigError::value(key, drop_after, why));
+    }
+    if policy_spec.reset_scope.at_episode() != (true, true) {
+        let why = "an agent that keeps something from episode to episode plays them all in one go; take another \
+                   policy.reset-scope, or 0";
+        return Err(ConfigError::value(key, drop_after, why));
     }
     Ok(())
 }
@@ -153,6 +174,10 @@ fn check_initial(
     }
     if initial == Initial::LinearHistory && policy_spec.register_mode == RegisterMode::Stateless {
         let why = "needs policy.register-mode = \"stateful\", to remember the last observation";
+        return Err(ConfigError::text(key, name, why));
+    }
+    if initial == Initial::LinearHistory && policy_spec.shape.output_registers().len() > 1 {
+        let why = "needs a policy.width of at least the number of outputs; take \"linear\"";
         return Err(ConfigError::text(key, name, why));
     }
     Ok(())

@@ -206,6 +206,9 @@ pub struct EvaluationConfig {
     /// Best teams that are scored again in each generation. A team's score is the mean over all its episodes of training.
     #[serde(default, skip_serializing_if = "is_default")]
     pub elites: u32,
+    /// Episodes after which a new team that lies far behind all survivors plays no more, at least 2. 0: all play all episodes.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub drop_after: u32,
     /// What of the reward the fitness of training counts.
     #[serde(default, skip_serializing_if = "is_default")]
     pub shaping: Shaping,
@@ -224,6 +227,7 @@ impl EvaluationConfig {
     const KEYS: &[Key] = &[
         Key::whole("episodes", 1, MOST_EPISODES),
         Key::whole("elites", 0, MOST_TEAMS),
+        Key::whole("drop-after", 0, MOST_EPISODES),
         Key::table(
             "shaping",
             &[

@@ -1,5 +1,6 @@
 //! A configuration whose meaning has been checked, in the types that evolution and scoring use.
 
+use tpg_runtime::MAX_WIDTH;
 use tpg_runtime::blob::{InitialValues, MemoryModel};
 use tpg_runtime::isa::Op;
 
@@ -34,6 +35,8 @@ pub struct Settings {
     pub episodes: u32,
     /// Best teams that are scored again in each generation.
     pub elites: u32,
+    /// Episodes after which a new team that lies far behind plays no more; 0: none is dropped.
+    pub drop_after: u32,
     /// What of the reward the fitness of training counts.
     pub shaping: Shaping,
     /// Control steps after which training episodes end. 0 stands for the task's own limit, which holds in any case.
@@ -139,6 +142,7 @@ impl Settings {
             wipe_on_fall: policy.reset_scope == Resets::OnFall,
             episodes: config.evaluation.episodes,
             elites: config.evaluation.elites,
+            drop_after: config.evaluation.drop_after,
             shaping: config.evaluation.shaping,
             max_steps: config.evaluation.max_steps,
             curriculum: config.evaluation.curriculum,
@@ -212,13 +216,17 @@ fn shape(policy: &PolicyConfig, inputs: usize, actions: ActionSpace) -> Result<S
     };
     let inputs = u16::try_from(inputs).unwrap_or(u16::MAX);
     let width = match policy.width {
-        0 => inputs.min(tpg_runtime::MAX_WIDTH).max(outputs),
+        0 => inputs.max(outputs).min(MAX_WIDTH),
         width => width,
     };
-    if width < outputs || width > tpg_runtime::MAX_WIDTH {
+    if width > MAX_WIDTH {
+        let why = format!("the vector width is at most {MAX_WIDTH}");
+        return Err(ConfigError::value("policy.width", width, why));
+    }
+    let most = Shape::most_outputs(width, policy.action_programs);
+    if outputs > most {
         let why = format!(
-            "the vector width must lie between the {outputs} outputs and {}",
-            tpg_runtime::MAX_WIDTH
+            "policies of this width have at most {most} outputs, and the task has {outputs}"
         );
         return Err(ConfigError::value("policy.width", width, why));
     }

@@ -161,6 +161,7 @@ fn the_types_have_the_defaults_of_the_file() {
         "selection",
         "front-end",
         "elites",
+        "drop-after",
         "shaping",
         "max-steps",
         "curriculum",

@@ -2,6 +2,7 @@
 //! runtime's tables.
 
 use serde::{Deserialize, Serialize};
+use tpg_runtime::MAX_OUTPUTS;
 use tpg_runtime::blob::{ActionKind, RegisterMode, ResetScope};
 use tpg_runtime::isa::{Group, INDEXED_CELLS, Op, Operand, REGISTERS, SLOTS};
 use tpg_runtime::tables::Section;
@@ -9,6 +10,9 @@ use tpg_runtime::tables::Section;
 use super::{Constants, Registers};
 use crate::keys::named;
 use tpg_tasks::task::{ActionSpace, Rng};
+
+/// Vector registers that outputs may fill. Register 0 is left to the programs.
+const MOST_OUTPUT_VECTORS: u16 = REGISTERS as u16 - 1;
 
 /// Names a team for the length of a run. A larger number is younger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -73,9 +77,33 @@ impl Shape {
         let mut results = Registers::default();
         results.insert(Section::Scalar, 0);
         if let Some(section) = self.output_section() {
-            results.insert(section, 1);
+            for register in self.output_registers() {
+                results.insert(section, register);
+            }
         }
         results
+    }
+
+    /// The registers of what a program gives to the plant, from 1 on: as many vectors as the outputs fill, or one scalar. Programs
+    /// of discrete tasks have register 1 for themselves.
+    #[must_use]
+    pub fn output_registers(&self) -> std::ops::RangeInclusive<u8> {
+        let vectors = match (self.actions, self.action_programs) {
+            (ActionSpace::Continuous { len, .. }, ActionPrograms::Winner) => {
+                len.div_ceil(self.width)
+            }
+            _ => 1,
+        };
+        1..=vectors.clamp(1, MOST_OUTPUT_VECTORS) as u8
+    }
+
+    /// The most outputs that a policy of this width can have.
+    #[must_use]
+    pub fn most_outputs(width: u16, action_programs: ActionPrograms) -> u16 {
+        match action_programs {
+            ActionPrograms::Winner => MAX_OUTPUTS.min(MOST_OUTPUT_VECTORS * width),
+            ActionPrograms::Each => MAX_OUTPUTS,
+        }
     }
 
     /// Number of atomic actions that programs can have. Discrete tasks: one for each action. Continuous tasks: 1, or one for each

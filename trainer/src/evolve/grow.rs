@@ -3,7 +3,7 @@
 use tpg_runtime::isa::{Destination, Op, REGISTERS};
 use tpg_runtime::tables::Section;
 
-use super::{Genes, Instruction, Population, Program, Registers, Source, Team};
+use super::{Genes, Instruction, Population, Program, Registers, Shape, Source, Team};
 use tpg_tasks::task::Rng;
 
 /// Clones a program of the team, with a new bid, behind its last member. Returns whether it could.
@@ -24,7 +24,12 @@ pub fn grow(
         .iter()
         .map(|id| population.program(*id))
         .filter(|program| program.is_atomic() && genes.constants)
-        .filter_map(|program| Some((Program::clone(program), Free::of(&program.instructions)?)))
+        .filter_map(|program| {
+            Some((
+                Program::clone(program),
+                Free::of(&program.instructions, &genes.shape)?,
+            ))
+        })
         .filter(|(program, free)| program.instructions.len() + free.instructions() <= most)
         .collect();
     if candidates.is_empty() || ![Op::Dot, Op::Add].iter().all(|op| genes.ops.contains(op)) {
@@ -56,15 +61,20 @@ struct Free {
 }
 
 /// The registers of a section that code does not name, ascending. Those of the bid and of the outputs are never among them.
-pub(super) fn unnamed(code: &[Instruction], section: Section) -> impl Iterator<Item = u8> {
-    let taken = Registers([0b11, 0b10, 0]).union(Registers::named(code));
+pub(super) fn unnamed(
+    code: &[Instruction],
+    section: Section,
+    shape: &Shape,
+) -> impl Iterator<Item = u8> + use<> {
+    let fixed = Registers([0b11, 0b10, 0]).union(shape.results());
+    let taken = fixed.union(Registers::named(code));
     (0..REGISTERS as u8).filter(move |k| !taken.contains(section, *k))
 }
 
 impl Free {
-    fn of(code: &[Instruction]) -> Option<Free> {
-        let mut scalars = unnamed(code, Section::Scalar);
-        let vector = unnamed(code, Section::Vector).next()?;
+    fn of(code: &[Instruction], shape: &Shape) -> Option<Free> {
+        let mut scalars = unnamed(code, Section::Scalar, shape);
+        let vector = unnamed(code, Section::Vector, shape).next()?;
         let offset = scalars.next()?;
         // A stateful bid that is only added to would grow without end.
         let computed = code

@@ -1,6 +1,8 @@
 //! A linear policy as a team, from which tuning can start.
 
-use tpg_runtime::isa::Op;
+use std::ops::RangeInclusive;
+
+use tpg_runtime::isa::{Op, REGISTERS};
 use tpg_runtime::tables::Section;
 
 use super::{
@@ -9,8 +11,6 @@ use super::{
 };
 use tpg_tasks::task::Rng;
 
-/// Vector register of the outputs.
-const OUTPUTS: u8 = 1;
 /// Register of the offsets.
 const OFFSETS: u8 = 2;
 /// Register of the change, and of a part of the output.
@@ -20,8 +20,13 @@ const RATE: u8 = 6;
 /// Initial value of that factor. Changes from one decision to the next are small.
 const INITIAL_RATE: f32 = 10.0;
 
+/// Register of a part of the output where outputs fill several vectors.
+const PART: u8 = 0;
+
 /// Registers for each window of the observation, in the order in which windows take them.
 struct Layout {
+    /// Registers of the outputs.
+    outputs: RangeInclusive<u8>,
     /// Gains on the window.
     gains: &'static [u8],
     /// The window as it was observed last; empty without history.
@@ -34,15 +39,30 @@ impl Layout {
     /// Gains lie in matrices where the output is a vector, else in vectors, which then serve all purposes.
     fn new(shape: &Shape, history: bool) -> Self {
         let matrices = shape.output_section() == Some(Section::Vector);
+        let outputs = match shape.output_section() {
+            Some(_) => shape.output_registers(),
+            // The bid chooses among discrete actions.
+            None => 0..=0,
+        };
         let (gains, last, change_gains): (&[u8], &[u8], &[u8]) = match (history, matrices) {
             (false, _) => (&[1, 0, 2, 3, 4, 5, 6, 7], &[], &[]),
             (true, true) => (&[1, 0, 2, 3], &[3, 0, 4, 6], &[4, 5, 6, 7]),
             (true, false) => (&[1, 0], &[3, 2], &[4, 6]),
         };
         Layout {
+            outputs,
             gains,
             last,
             change_gains,
+        }
+    }
+
+    /// The register of the offsets of some outputs. Where outputs fill more vectors than half of the registers, they have none.
+    fn offsets(&self, output: u8) -> Option<u8> {
+        let vectors = self.outputs.len() as u8;
+        match vectors {
+            1 => Some(OFFSETS),
+            _ => Some(output + vectors).filter(|_| 2 * vectors < REGISTERS as u8),
         }
     }
 
@@ -50,9 +70,10 @@ impl Layout {
     fn windows(&self, shape: &Shape) -> impl Iterator<Item = u16> + use<> {
         let (width, inputs) = (shape.width, shape.inputs);
         let needed = inputs.div_ceil(width).max(1);
+        let most = (self.gains.len() / self.outputs.len()).max(1);
         let last = inputs.saturating_sub(width);
         // The last one overlaps the one before it, so that no input is seen twice for running over the end.
-        (0..needed.min(self.gains.len() as u16)).map(move |k| (k * width).min(last))
+        (0..needed.min(most as u16)).map(move |k| (k * width).min(last))
     }
 }
 
@@ -85,7 +106,7 @@ pub fn linear_ops(shape: &Shape, initial: Initial) -> Vec<Op> {
 /// first.
 ///
 /// An observation longer than W is seen in windows of W, whose products are added. Registers limit their number, see
-/// [`linear_inputs`].
+/// [`linear_inputs`]. Outputs that fill several vectors have a product each, and no history.
 #[must_use]
 pub fn linear_team(
     population: &mut Population,
@@ -130,22 +151,27 @@ fn code(shape: &Shape, history: bool) -> Vec<Instruction> {
         b,
     };
     let (window, register) = (Source::observation, Source::register);
-    let (product, sum, output) = match shape.output_section() {
-        Some(Section::Scalar) => (Op::Dot, Op::Add, OUTPUTS),
-        Some(_) => (Op::MatVec, Op::VAdd, OUTPUTS),
-        // The bid chooses among discrete actions.
-        None => (Op::Dot, Op::Add, 0),
+    let (product, sum) = match shape.output_section() {
+        Some(Section::Vector) => (Op::MatVec, Op::VAdd),
+        _ => (Op::Dot, Op::Add),
     };
-    let add = |part| instruction(sum, output, register(output), register(part));
     let layout = Layout::new(shape, history);
+    let vectors = layout.outputs.len();
     let mut code = Vec::new();
-    for (k, start) in layout.windows(shape).enumerate() {
+    let windows = layout.windows(shape).enumerate();
+    let parts = windows.flat_map(|(k, start)| {
+        let outputs = layout.outputs.clone().enumerate();
+        outputs.map(move |(j, output)| (k, start, k * vectors + j, output))
+    });
+    for (k, start, gains, output) in parts {
+        let add = |part| instruction(sum, output, register(output), register(part));
+        let part = if vectors == 1 { CHANGE } else { PART };
         // The first product sets the output, all others are added.
-        let destination = if k == 0 { output } else { CHANGE };
-        let gains = register(layout.gains[k]);
+        let destination = if k == 0 { output } else { part };
+        let gains = register(layout.gains[gains]);
         code.push(instruction(product, destination, gains, window(start)));
         if k > 0 {
-            code.push(add(CHANGE));
+            code.push(add(part));
         }
         if history {
             let (change, last) = (register(CHANGE), layout.last[k]);
@@ -159,7 +185,16 @@ fn code(shape: &Shape, history: bool) -> Vec<Instruction> {
             ]);
         }
     }
-    code.push(add(OFFSETS));
+    for output in layout.outputs.clone() {
+        if let Some(offsets) = layout.offsets(output) {
+            code.push(instruction(
+                sum,
+                output,
+                register(output),
+                register(offsets),
+            ));
+        }
+    }
     code
 }
 

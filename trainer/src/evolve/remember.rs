@@ -26,7 +26,8 @@ fn output_ops(shape: &Shape) -> [Op; 2] {
 
 /// Adds a copy of a program that remembers what it observed.
 ///
-/// The copy computes m ← m + r·(o − m) and output ← output + H·m; for discrete actions bid ← bid + hᵀm. At first H is zero, so
+/// The copy computes m ← m + r·(o − m) and output ← output + H·m; for discrete actions bid ← bid + hᵀm. Where outputs fill
+/// several vectors, those of the first one get it. At first H is zero, so
 /// that the copy does what its original does, and r is 0.2. All of this lies in registers that the code does not name, which
 /// stateful programs keep.
 ///
@@ -54,12 +55,12 @@ pub fn remember(
     if !sets_output.any(|i| i.op == product && i.destination == output) {
         return None;
     }
-    let mut scalars = unnamed(code, Section::Scalar);
-    let mut vectors = unnamed(code, Section::Vector);
+    let mut scalars = unnamed(code, Section::Scalar, &genes.shape);
+    let mut vectors = unnamed(code, Section::Vector, &genes.shape);
     let rate = scalars.next()?;
     let (trace, change) = (vectors.next()?, vectors.next()?);
     let (kind, gains, part) = if product == Op::MatVec {
-        let gains = unnamed(code, Section::Matrix).next()?;
+        let gains = unnamed(code, Section::Matrix, &genes.shape).next()?;
         (Section::Matrix, gains, change)
     } else {
         (Section::Vector, vectors.next()?, scalars.next()?)

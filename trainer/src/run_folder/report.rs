@@ -6,6 +6,7 @@ use tpg_runtime::{Capacities, Policy};
 use tpg_tasks::console::command_line;
 
 use super::RunFile;
+use super::begun::Begun;
 use super::history::History;
 use crate::config::Config;
 use crate::report_page::{Chart, Link, Page, Series, Table, settings};
@@ -54,7 +55,7 @@ pub(super) fn page(
 ) -> Page {
     let last = history.last();
     let number = |value: Option<u64>| value.unwrap_or(0).to_string();
-    let facts = [
+    let mut facts = vec![
         ("preset", run.preset.clone()),
         ("seed", run.seed.to_string()),
         ("generations", number(last.map(|row| row.generation))),
@@ -70,6 +71,7 @@ pub(super) fn page(
             command_line(run.command.iter().map(String::as_str)),
         ),
     ];
+    facts.extend(run.begun.iter().flat_map(Begun::facts));
     let mut tables = Vec::new();
     if let Some(row) = last {
         let mut rows = vec![["training score".to_owned(), format!("{:.2}", row.best)]];
@@ -99,7 +101,9 @@ pub(super) fn page(
         .filter(|(_, path)| folder.join(path).exists());
     Page {
         title: format!("{}, seed {}", run.preset, run.seed),
-        facts: facts.map(|(name, value)| [name.to_owned(), value]).into(),
+        facts: (facts.into_iter())
+            .map(|(name, value)| [name.to_owned(), value])
+            .collect(),
         runs: vec![history.run()],
         charts: charts(),
         tables,

@@ -99,7 +99,7 @@ impl State {
         }
         self.lineages
             .iter()
-            .try_for_each(|l| l.check())
+            .try_for_each(Lineage::check)
             .map_err(str::to_owned)
     }
 }

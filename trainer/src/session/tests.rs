@@ -1,5 +1,6 @@
 //! What a session does between generations that no file shows.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use tpg_runtime::blob::ResetScope;
@@ -159,6 +160,70 @@ fn at_a_new_stage_everyone_is_scored_again() {
         }
     }
     assert!(stages.is_sorted() && stages.len() > 2, "{stages:?}");
+}
+
+/// Who lies far behind after its first episodes plays no more. Everyone else is scored as without the setting, on any number of threads.
+#[test]
+fn who_lies_far_behind_is_dropped_early() {
+    let dropping = ["evaluation.episodes=8", "evaluation.drop-after=3"];
+    let all = || session_with("pendulum-sr", &dropping[..1]);
+    let some = || session_with("pendulum-sr", &dropping);
+    let (mut all, mut some, mut threads) = (all(), some(), some());
+    let mut pool = all.pool(1).expect("an arena");
+    let mut two = all.pool(2).expect("two arenas");
+    let (mut steps, mut spared) = (0, 0);
+    for _ in 0..6 {
+        // Both make the same candidates of the same population.
+        some.state = all.state.clone();
+        threads.state = all.state.clone();
+        let before = all.state.clone();
+        all.advance(&mut pool).expect("a generation");
+        some.advance(&mut pool).expect("a generation");
+        threads.advance(&mut two).expect("a generation");
+        some.state.seconds = 0.0;
+        threads.state.seconds = 0.0;
+        assert_eq!(some.state, threads.state);
+        steps += all.state.steps - before.steps;
+        spared += all.state.steps - some.state.steps;
+        let survivors = |session: &Session| -> BTreeSet<TeamId> {
+            session.state.population.roots.iter().copied().collect()
+        };
+        let lost = survivors(&all).difference(&survivors(&some)).count();
+        assert!(lost <= 1, "{lost} survivors were dropped");
+        for (root, record) in &some.state.records {
+            if let Some(full) = all.state.records.get(root) {
+                assert_eq!(full.score.to_bits(), record.score.to_bits());
+            }
+        }
+    }
+    assert!(spared > 0, "nobody of {steps} steps was dropped");
+}
+
+#[test]
+fn dropping_is_refused_where_it_cannot_be() {
+    for (preset, settings, part) in [
+        (
+            "cartpole-sr",
+            ["evaluation.drop-after=5", "evaluation.episodes=5"],
+            "evaluation.episodes = 5",
+        ),
+        (
+            "cartpole-sr",
+            ["evaluation.drop-after=1", "evaluation.episodes=5"],
+            "at least 2",
+        ),
+        (
+            "cartpole-per-agent",
+            ["evaluation.drop-after=2", "evaluation.episodes=5"],
+            "reset-scope",
+        ),
+    ] {
+        let preset = Preset::find(preset).expect("a preset");
+        let settings = settings.map(str::to_owned);
+        let config = resolve(&preset, None, &settings).expect("well-formed");
+        let refused = Session::new(config, 1).map(drop).expect_err("it cannot be");
+        assert!(refused.to_string().contains(part), "{refused}");
+    }
 }
 
 /// The population's memory is wiped before a generation exactly if the median fell in the last one (T §2.7).

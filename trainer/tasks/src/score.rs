@@ -17,7 +17,7 @@ use crate::task::{
 /// Most inputs of a policy in the loop, and on a serial line to a board.
 pub const LOOP_INPUTS: usize = 512;
 /// Most outputs of a policy in the loop.
-pub const LOOP_OUTPUTS: usize = 64;
+pub const LOOP_OUTPUTS: usize = 256;
 
 /// Arguments of a scoring command.
 #[derive(Debug, Clone)]

@@ -6,4 +6,4 @@ mod record;
 mod replay;
 
 pub use record::{Decision, Event, Header, RecordError, TeamVisit, TracingController};
-pub use replay::{Difference, ReplayError, replay};
+pub use replay::{Difference, ReplayError, replay, replay_with};

@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
-use layout::backends::svg::SVGWriter;
-use layout::gv::{DotParser, GraphBuilder};
 use tpg_runtime::Policy;
 use tpg_runtime::blob::ActionKind;
 use tpg_runtime::tables::{ProgramId, Target, TeamId};
@@ -20,22 +18,6 @@ pub fn dot(policy: &Policy<'_>) -> String {
     // Writing to a string cannot fail.
     let _ = write_graph(&mut text, policy);
     text
-}
-
-/// Returns the graph of [`dot`] as an SVG drawing.
-///
-/// # Panics
-/// If the layout library cannot read the output of [`dot`]. That would be a bug.
-#[must_use]
-pub fn svg(policy: &Policy<'_>) -> String {
-    let graph = DotParser::new(&dot(policy))
-        .process()
-        .expect("a graph that we wrote");
-    let mut builder = GraphBuilder::new();
-    builder.visit_graph(&graph);
-    let mut writer = SVGWriter::new();
-    builder.get().do_it(false, false, false, &mut writer);
-    writer.finalize()
 }
 
 fn write_graph(out: &mut String, policy: &Policy<'_>) -> fmt::Result {

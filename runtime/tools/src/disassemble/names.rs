@@ -51,14 +51,30 @@ impl<'p> Names<'p> {
             Operand::VectorSlot => format!("vm{at}"),
             Operand::MatrixSlot => format!("mm{at}"),
             Operand::Cell => self.cell(at),
-            Operand::V | Operand::M if at < self.window => format!("obs({})", at % self.inputs),
-            _ if at < self.window => format!("obs[{}]", at % self.inputs),
+            Operand::V | Operand::M if at < self.window => match at % self.inputs {
+                0 => "obs".to_owned(),
+                first => format!("obs({first})"),
+            },
+            _ if at < self.window => self.input(at % self.inputs),
             Operand::S => self.scalar(at),
             Operand::SOrVElement if at < vectors => self.scalar(at),
             Operand::V => self.vector(at),
             Operand::M => self.matrix(at),
             Operand::VElement | Operand::SOrVElement => element('v', at - vectors, self.width),
             Operand::MElement => element('m', at - matrices, self.width * self.width),
+        }
+    }
+
+    /// An input: its name, where that is a word that cannot be taken for anything else.
+    pub(super) fn input(&self, number: usize) -> String {
+        let (name, _) = self.policy.inputs().nth(number).unwrap_or_default();
+        let is_word = name.starts_with(|c: char| c.is_alphabetic())
+            && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+        let digits = name.trim_start_matches(|c: char| c.is_alphabetic());
+        let is_short = digits.chars().all(|c| c.is_ascii_digit()) && name.len() - digits.len() < 3;
+        match is_word && !is_short {
+            true => name.to_owned(),
+            false => format!("obs[{number}]"),
         }
     }
 

@@ -6,7 +6,9 @@ use std::path::Path;
 use super::ReportError;
 use crate::file::Experiment;
 use crate::folder::{FORMAT, Manifest};
-use crate::row::{Access, AccessKind, CellFiles, CurvePoint, Row, cell_name, read_row, read_table};
+use crate::row::{
+    Ablation, Access, AccessKind, CellFiles, CurvePoint, Row, cell_name, read_row, read_table,
+};
 use tpg_tasks::stats;
 
 /// A finished run.
@@ -16,6 +18,8 @@ pub(super) struct Run {
     pub(super) curve: Vec<CurvePoint>,
     /// Nothing where programs share no memory.
     pub(super) accesses: Option<Vec<Access>>,
+    /// Empty where nothing outlives a decision, and in results that older versions made.
+    pub(super) ablations: Vec<Ablation>,
 }
 
 /// The runs of one variant on one task, by repeat; some may be missing.
@@ -137,10 +141,16 @@ fn read_run(files: &CellFiles, manifest: &Manifest) -> Result<Run, ReportError> 
     } else {
         None
     };
+    let ablations: Vec<Ablation> = if files.ablations.exists() {
+        read_table(&files.ablations).map_err(damaged)?
+    } else {
+        Vec::new()
+    };
     Ok(Run {
         row,
         curve,
         accesses,
+        ablations,
     })
 }
 

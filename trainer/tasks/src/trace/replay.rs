@@ -76,6 +76,19 @@ pub fn replay(
     bytes: &[u8],
     agent: &mut HostAgent<'_>,
 ) -> Result<Result<u64, Difference>, ReplayError> {
+    replay_with(trace, bytes, agent, |_| ())
+}
+
+/// Replays a trace as [`replay`] does, and shows each decision that agrees.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_with(
+    trace: impl BufRead,
+    bytes: &[u8],
+    agent: &mut HostAgent<'_>,
+    mut show: impl FnMut(&Decision),
+) -> Result<Result<u64, Difference>, ReplayError> {
     let (mut line, mut agreeing, mut place) = (0, 0, None);
     for text in trace.lines() {
         line += 1;
@@ -126,6 +139,7 @@ pub fn replay(
                     return Ok(Err(difference));
                 }
                 agreeing += 1;
+                show(&replayed);
             }
             (Event::End { decisions }, _) if decisions == agreeing => return Ok(Ok(agreeing)),
             (Event::End { .. }, _) => return Err(bad("it counts other decisions than there are")),

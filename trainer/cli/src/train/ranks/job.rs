@@ -18,6 +18,11 @@ pub(in super::super) struct Ranks {
 }
 
 impl Ranks {
+    /// How many there are.
+    pub(in super::super) fn size(&self) -> usize {
+        self.head.size()
+    }
+
     /// An evaluator on all ranks.
     pub(in super::super) fn evaluator<'a>(
         &'a mut self,

@@ -14,6 +14,10 @@ use crate::interrupt::stop_on_signal;
 pub(in super::super) enum Ranks {}
 
 impl Ranks {
+    pub(in super::super) fn size(&self) -> usize {
+        match *self {}
+    }
+
     pub(in super::super) fn evaluator<'a>(
         &'a mut self,
         _session: &Session,
