@@ -1,5 +1,7 @@
 //! Evolution: makes a population from a population, its scores and a random stream. Knows no tasks and scores nothing.
 
+#[cfg(test)]
+mod chances;
 mod check;
 mod constants;
 mod dataflow;

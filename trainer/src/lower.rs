@@ -17,6 +17,9 @@ pub use mode::Mode;
 pub use policy_spec::PolicySpec;
 
 #[cfg(test)]
+mod properties;
+
+#[cfg(test)]
 mod tests {
     use tpg_runtime::blob::{
         InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution,
@@ -31,13 +34,13 @@ mod tests {
     };
     use tpg_tasks::task::{ActionSpace, Rng};
 
-    struct Case {
-        groups: &'static [Group],
-        actions: ActionSpace,
-        action_programs: ActionPrograms,
-        mode: RegisterMode,
-        memory: MemoryModel,
-        constants: bool,
+    pub struct Case {
+        pub groups: &'static [Group],
+        pub actions: ActionSpace,
+        pub action_programs: ActionPrograms,
+        pub mode: RegisterMode,
+        pub memory: MemoryModel,
+        pub constants: bool,
     }
 
     const VECTORS: ActionSpace = ActionSpace::Continuous {
@@ -51,7 +54,7 @@ mod tests {
         high: 2.0,
     };
 
-    fn cases() -> [Case; 5] {
+    pub fn cases() -> [Case; 5] {
         use Group::*;
         [
             Case {
@@ -99,7 +102,7 @@ mod tests {
         ]
     }
 
-    fn policy_spec(case: &Case, shape: Shape) -> PolicySpec {
+    pub fn policy_spec(case: &Case, shape: Shape) -> PolicySpec {
         let labels = usize::from(shape.inputs)
             + match shape.actions {
                 ActionSpace::Discrete(_) => 0,

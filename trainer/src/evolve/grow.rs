@@ -10,9 +10,15 @@ use tpg_tasks::task::Rng;
 ///
 /// The clone has its original's action and, where outputs have programs of their own, its output. It bids bᵀo + c, where o is
 /// the observation, b ~ N(0, 1/W) and c = 0. If the original's code computes a bid, this is added to it. b and c lie in registers
-/// that the code does not name. The program to clone is drawn among the atomic ones that have such registers. Without one, without
-/// constants, or without the operations `dot` and `add`, nothing is cloned.
-pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &mut Rng) -> bool {
+/// that the code does not name. The program to clone is drawn among the atomic ones that have such registers and would not come to
+/// more than `most` instructions. Without one, without constants, or without the operations `dot` and `add`, nothing is cloned.
+pub fn grow(
+    population: &mut Population,
+    team: &mut Team,
+    genes: &Genes,
+    most: usize,
+    rng: &mut Rng,
+) -> bool {
     let candidates: Vec<(Program, Free)> = team
         .members
         .iter()
@@ -24,6 +30,7 @@ pub fn grow(population: &mut Population, team: &mut Team, genes: &Genes, rng: &m
                 Free::of(&program.instructions, &genes.shape)?,
             ))
         })
+        .filter(|(program, free)| program.instructions.len() + free.instructions() <= most)
         .collect();
     if candidates.is_empty() || ![Op::Dot, Op::Add].iter().all(|op| genes.ops.contains(op)) {
         return false;
@@ -83,6 +90,11 @@ impl Free {
             offset,
             product,
         })
+    }
+
+    /// How many instructions [`append_bid`](Self::append_bid) adds.
+    const fn instructions(&self) -> usize {
+        2 + self.product.is_some() as usize
     }
 
     fn append_bid(&self, code: &mut Vec<Instruction>) {

@@ -22,7 +22,7 @@ pub struct SizeRange {
     pub initial_min: u32,
     /// Largest size at the start.
     pub initial_max: u32,
-    /// Largest size ever.
+    /// Largest size that variation makes. Linear policies, and what tuning adds, may be larger.
     pub max: u32,
 }
 

@@ -31,9 +31,14 @@ fn output_ops(shape: &Shape) -> [Op; 2] {
 /// that the copy does what its original does, and r is 0.2. All of this lies in registers that the code does not name, which
 /// stateful programs keep.
 ///
-/// Returns `None` in a run without constants or without [`memory_ops`], and if there are too few registers. It also does if the
-/// code does not set the outputs by a product, because outputs that are only added to would grow without end.
-pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Option<ProgramId> {
+/// Returns `None` in a run without constants or without [`memory_ops`], if there are too few registers, and if the copy would come
+/// to more than `most` instructions. It also does if the code does not set the outputs by a product, because outputs that are only added to would grow without end.
+pub fn remember(
+    population: &mut Population,
+    id: ProgramId,
+    genes: &Genes,
+    most: usize,
+) -> Option<ProgramId> {
     let original = population.program(id).clone();
     let code = &original.instructions;
     if !genes.constants
@@ -75,6 +80,9 @@ pub fn remember(population: &mut Population, id: ProgramId, genes: &Genes) -> Op
         instruction(product, part, register(gains), register(trace)),
         instruction(sum, output, register(output), register(part)),
     ]);
+    if program.instructions.len() > most {
+        return None;
+    }
     let (width, code) = (genes.shape.width, &program.instructions);
     let constants = &mut program.constants;
     constants.fit(genes.initial_registers(code), width, || 0.0);

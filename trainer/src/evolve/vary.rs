@@ -58,13 +58,14 @@ impl Variation<'_> {
         self.vary_members(population, parent_pool, &mut team, rng);
         self.mutate_programs(population, parent_pool, &mut team, rng);
         // With a rate of zero nothing is drawn, so that runs without these operators keep their random streams.
+        let longest = self.params.program.size.max as usize;
         let (growth, max) = (self.params.team.grow, self.params.team.size.max as usize);
         if growth > 0.0 && rng.chance(growth) && team.members.len() < max {
-            grow(population, &mut team, self.genes, rng);
+            grow(population, &mut team, self.genes, longest, rng);
         }
         if self.params.team.remember > 0.0 && rng.chance(self.params.team.remember) {
             let at = rng.below(team.members.len() as u64) as usize;
-            if let Some(member) = remember(population, team.members[at], self.genes) {
+            if let Some(member) = remember(population, team.members[at], self.genes, longest) {
                 team.members[at] = member;
             }
         }

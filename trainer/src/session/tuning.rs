@@ -266,6 +266,7 @@ impl Session {
                 &mut self.state.population,
                 &mut team,
                 &self.settings.genes,
+                usize::MAX,
                 rng,
             )
         {
@@ -282,8 +283,12 @@ impl Session {
         let mut team = Team::clone(self.state.population.team(lineage.root));
         let before = team.members.clone();
         for member in &mut team.members {
-            if let Some(copy) = remember(&mut self.state.population, *member, &self.settings.genes)
-            {
+            if let Some(copy) = remember(
+                &mut self.state.population,
+                *member,
+                &self.settings.genes,
+                usize::MAX,
+            ) {
                 *member = copy;
             }
         }
