@@ -199,9 +199,7 @@ fn masked(bytes: &[u8]) -> [u8; 4] {
         }
     }
     let crc = !crc;
-    ((crc >> 15) | (crc << 17))
-        .wrapping_add(0xa282_ead8)
-        .to_le_bytes()
+    crc.rotate_right(15).wrapping_add(0xa282_ead8).to_le_bytes()
 }
 
 /// A field of a message: its number, and the bits of a number or the bytes of what has a length.
@@ -268,7 +266,7 @@ fn event(data: &[u8]) -> Event {
             7 => {
                 event.restarts = fields(data)
                     .iter()
-                    .any(|field| (field.0, field.1) == (1, 1))
+                    .any(|field| (field.0, field.1) == (1, 1));
             }
             _ => panic!("field {number} of an event"),
         }

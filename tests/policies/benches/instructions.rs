@@ -13,7 +13,7 @@ use tpg_runtime::{Agent, HostAgent, Policy};
 use tpg_test_policies::draft::Draft;
 use tpg_test_policies::hostile::{self, readers, reads};
 use tpg_test_policies::shapes::{
-    ARITHMETIC, TRANSCENDENTAL, VECTORS, drifting_observations, straight, typical_graph,
+    ARITHMETIC, LONG, TRANSCENDENTAL, VECTORS, drifting_observations, straight, typical_graph,
 };
 
 const MATRICES: &[Op] = &[Op::MAdd, Op::MMul, Op::MatVec, Op::Outer, Op::Transpose];
@@ -43,7 +43,7 @@ fn line(mix: &[Op]) -> Ready {
 
 fn graph(mix: &[Op], stateful: bool) -> Ready {
     let observations = drifting_observations();
-    let (bytes, _) = typical_graph(mix, 9, stateful, &observations);
+    let (bytes, _) = typical_graph(mix, 9, &LONG, stateful, &observations);
     let some = observations.iter().step_by(100).map(|x| x.to_vec());
     ready(bytes, some.collect())
 }

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::ScopedJoinHandle;
 use std::time::{Duration, Instant};
 
 use super::claim::Claim;
@@ -177,7 +178,7 @@ impl Work<'_> {
                 .map(|_| scope.spawn(|| self.work()))
                 .collect();
             let ticker = scope.spawn(|| self.progress.tick());
-            let ended: Vec<_> = workers.into_iter().map(|worker| worker.join()).collect();
+            let ended: Vec<_> = workers.into_iter().map(ScopedJoinHandle::join).collect();
             // Before a panic goes on: the scope waits for this thread, too.
             self.progress.finish();
             let _ = ticker.join();
