@@ -127,7 +127,7 @@ fn an_agent_of_exactly_the_policys_size_decides_alike() {
 fn policies_that_lack_a_part_are_refused() {
     type Change = fn(&mut Draft);
     let header = |field, needed, got| VerifyError::Header { field, needed, got };
-    let cases: [(Change, VerifyError); 7] = [
+    let cases: [(Change, VerifyError); 8] = [
         (
             |d| d.programs[1].target = Target::Atomic(2),
             VerifyError::NoProgramFor { output: 1 },
@@ -153,7 +153,11 @@ fn policies_that_lack_a_part_are_refused() {
             |d| d.teams.push(d.teams[0].clone()),
             header(Field::Teams, 1, 2),
         ),
-        (|d| d.header.actions = 4, header(Field::Actions, 3, 4)),
+        (
+            |d| d.header.actions = 4,
+            VerifyError::NoProgramFor { output: 3 },
+        ),
+        (|d| d.header.actions = 257, header(Field::Actions, 256, 257)),
     ];
     for (number, (change, expected)) in cases.into_iter().enumerate() {
         let mut draft = draft(&PROGRAMS);
