@@ -1,7 +1,7 @@
 //! What champions lose when they forget.
 
 use super::load::{Group, Results};
-use super::table::{Column, Field, Table, number};
+use super::table::{Column, Field, Table, mean_over_runs};
 use crate::row::{Ablation, Forgets};
 use tpg_tasks::stats::{bootstrap_mean_95, mean};
 
@@ -72,19 +72,7 @@ fn row(group: &Group, kind: Forgets, name: &str) -> Option<Vec<Field>> {
     let losers = runs
         .iter()
         .filter(|run| bootstrap_mean_95(&of_episodes(run))[0] > 0.0);
-    let [low, high] = match drops.len() {
-        1 => [f64::NAN; 2],
-        _ => bootstrap_mean_95(&drops),
-    };
-    let shown = match drops.len() {
-        1 => number(drops[0], 2),
-        _ => format!(
-            "{} [{}, {}]",
-            number(mean(&drops), 2),
-            number(low, 2),
-            number(high, 2)
-        ),
-    };
+    let [drop, low, high, shown] = mean_over_runs(&drops);
     let whole: Vec<f64> = runs.iter().map(|(returns, _)| mean(returns)).collect();
     let forgetful: Vec<f64> = runs
         .iter()
@@ -97,10 +85,10 @@ fn row(group: &Group, kind: Forgets, name: &str) -> Option<Vec<Field>> {
         Field::Count(runs.len() as u64),
         Field::Number(mean(&whole), 2),
         Field::Number(mean(&forgetful), 2),
-        Field::Number(mean(&drops), 2),
-        Field::Number(low, 2),
-        Field::Number(high, 2),
-        Field::Shown(shown),
+        drop,
+        low,
+        high,
+        shown,
         Field::Text(format!("{} of {}", losers.count(), runs.len())),
     ])
 }

@@ -1,10 +1,10 @@
 //! The main table and the table of throughput.
 
 use super::load::{Group, Results};
-use super::table::{Column, Field, Table, number};
+use super::table::{Column, Field, Table, mean_over_runs};
 use super::thesis;
 use crate::row::Row;
-use tpg_tasks::stats::{bootstrap_mean_95, mean, median};
+use tpg_tasks::stats::median;
 
 /// Scores of every variant of every task, the mean over fresh episodes first.
 pub(super) fn scores(results: &Results, there: &str) -> Table {
@@ -81,31 +81,17 @@ pub(super) fn scores(results: &Results, there: &str) -> Table {
 
 fn score_row(group: &Group) -> Vec<Field> {
     let means = group.test_means();
-    let [low, high] = if means.len() > 1 {
-        bootstrap_mean_95(&means)
-    } else {
-        [f64::NAN; 2]
-    };
-    let shown = match means.len() {
-        0 => "–".to_owned(),
-        1 => number(means[0], 2),
-        _ => format!(
-            "{} [{}, {}]",
-            number(mean(&means), 2),
-            number(low, 2),
-            number(high, 2)
-        ),
-    };
+    let [test_mean, low, high, shown] = mean_over_runs(&means);
     let greatest = |values: &[f64]| values.iter().copied().fold(f64::NAN, f64::max);
     let trained: Vec<f64> = group.runs.iter().map(|run| run.row.train_best).collect();
     vec![
         Field::text(&group.task),
         Field::text(&group.variant),
         Field::Count(group.runs.len() as u64),
-        Field::Number(mean(&means), 2),
-        Field::Number(low, 2),
-        Field::Number(high, 2),
-        Field::Shown(shown),
+        test_mean,
+        low,
+        high,
+        shown,
         Field::Number(median(&means), 2),
         Field::Number(greatest(&means), 2),
         Field::Number(greatest(&trained), 2),

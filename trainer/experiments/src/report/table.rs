@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use tpg_tasks::stats::{bootstrap_mean_95, mean};
+
 /// A table with what must be said of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
@@ -108,6 +110,22 @@ impl Field {
             Field::Number(x, _) | Field::P(x) => x.to_string(),
         }
     }
+}
+
+/// A mean over runs and its 95 % bootstrap interval: mean, bounds, and all three for people. One run has no interval.
+pub(super) fn mean_over_runs(values: &[f64]) -> [Field; 4] {
+    let mean = mean(values);
+    let [low, high] = match values.len() {
+        0 | 1 => [f64::NAN; 2],
+        _ => bootstrap_mean_95(values),
+    };
+    let [shown, least, most] = [mean, low, high].map(|x| number(x, 2));
+    let shown = match values.len() {
+        0 | 1 => shown,
+        _ => format!("{shown} [{least}, {most}]"),
+    };
+    let field = |x| Field::Number(x, 2);
+    [field(mean), field(low), field(high), Field::Shown(shown)]
 }
 
 /// A number for people.
