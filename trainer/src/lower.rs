@@ -102,6 +102,23 @@ mod tests {
         ]
     }
 
+    pub fn genes(case: &Case) -> Genes {
+        Genes {
+            shape: Shape {
+                width: 3,
+                inputs: 3,
+                actions: case.actions,
+                action_programs: case.action_programs,
+            },
+            ops: Genes::ops_of(case.groups),
+            constants: case.constants,
+            register_mode: case.mode,
+            team_memory: case.memory == MemoryModel::Team,
+            reset_rules: false,
+            copies: 0.0,
+        }
+    }
+
     pub fn policy_spec(case: &Case, shape: Shape) -> PolicySpec {
         let labels = usize::from(shape.inputs)
             + match shape.actions {
@@ -172,21 +189,8 @@ mod tests {
                 _ => [(); 3].map(|()| rng.normal() as f32),
             })
             .collect();
-        let shape = Shape {
-            width: 3,
-            inputs: 3,
-            actions: case.actions,
-            action_programs: case.action_programs,
-        };
-        let genes = Genes {
-            shape,
-            ops: Genes::ops_of(case.groups),
-            constants: case.constants,
-            register_mode: case.mode,
-            team_memory: case.memory == MemoryModel::Team,
-            reset_rules: false,
-            copies: 0.0,
-        };
+        let genes = genes(case);
+        let shape = genes.shape;
         let params = crate::evolve::tests::params();
         let policy_spec = policy_spec(case, shape);
         let mut population = Population::random(&genes, &params, &mut rng);

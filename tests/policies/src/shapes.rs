@@ -62,8 +62,9 @@ pub const LONG: RangeInclusive<u64> = 17..=23;
 /// Lengths of the programs of GEGELATI's shipped pendulum champion, once converted: 98 instructions in 34 programs.
 pub const SHORT: RangeInclusive<u64> = 2..=4;
 
-/// A scalar policy of `teams` teams of four programs (the last has three, and 34 programs where there are nine teams, as in the
-/// pendulum champion that GEGELATI ships), of these lengths, with effective instructions alone.
+/// A scalar policy of `teams` teams. Each has four programs of these lengths, the last team three. All instructions are effective.
+///
+/// Nine teams have 34 programs, as the pendulum champion that GEGELATI ships.
 #[must_use]
 pub fn scalar_graph(
     mix: &[Op],

@@ -1,5 +1,9 @@
 """Where the tests find champions, and small settings that train in seconds."""
 
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -32,3 +36,21 @@ def observations(policy: tpg.Policy, count: int, seed: int = 0) -> np.ndarray:
 def act_all(policy: tpg.Policy, rows: np.ndarray, seed: int = 1) -> np.ndarray:
     policy.reset(seed)
     return np.array([policy.act(row) for row in rows])
+
+
+def interrupt(script: str, folder: Path) -> None:
+    """Runs a script in a folder until it prints a line, interrupts it, and expects KeyboardInterrupt within a second."""
+
+    def listen():
+        # A shell lets what it starts in the background ignore SIGINT; Python then installs no handler.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", script], cwd=folder, preexec_fn=listen, **pipes) as child:
+        child.stdout.readline()
+        time.sleep(0.3)
+        child.send_signal(signal.SIGINT)
+        sent = time.monotonic()
+        _, error = child.communicate(timeout=30)
+    assert time.monotonic() - sent < 1
+    assert b"KeyboardInterrupt" in error

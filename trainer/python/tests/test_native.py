@@ -1,16 +1,12 @@
 """Scores on built-in tasks, without Python in the loop."""
 
-import os
-import signal
-import subprocess
-import sys
 import textwrap
 import threading
 import time
 
 import numpy as np
 import pytest
-from conftest import ROOT, SMALL, champion_of
+from conftest import ROOT, SMALL, champion_of, interrupt
 
 import tpg
 
@@ -70,23 +66,11 @@ def test_other_threads_of_python_run_meanwhile():
     assert turns > 100
 
 
-def test_an_interrupt_ends_it_within_a_second():
+def test_an_interrupt_ends_it_within_a_second(tmp_path):
     script = textwrap.dedent(f"""
         import tpg
         policy = tpg.Policy({str(ROOT / "docs" / "champions" / "pendulum.tpg")!r})
         print("begun", flush=True)
         tpg.evaluate_native(policy, episodes=2_000_000)
     """)
-
-    def listen():
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, "-c", script], preexec_fn=listen, env=os.environ, **pipes) as child:
-        child.stdout.readline()
-        time.sleep(0.3)
-        child.send_signal(signal.SIGINT)
-        sent = time.monotonic()
-        _, error = child.communicate(timeout=30)
-    assert time.monotonic() - sent < 1
-    assert b"KeyboardInterrupt" in error
+    interrupt(script, tmp_path)

@@ -1,16 +1,13 @@
 """Training: lock-step, ask and tell, checkpoints, bad input."""
 
 import copy
-import signal
-import subprocess
-import sys
 import textwrap
 import time
 
 import gymnasium
 import numpy as np
 import pytest
-from conftest import SMALL
+from conftest import SMALL, interrupt
 
 import tpg
 
@@ -303,19 +300,6 @@ def test_an_interrupt_ends_within_a_second_and_the_run_goes_on(tmp_path):
         tpg.train("CartPole-v1", seed=1, generations=1000, settings={SMALL}, progress=False, num_envs=4, out="run",
                   callback=lambda report, _: print("generation", flush=True))
     """)
-
-    def listen():
-        # A shell lets what it starts in the background ignore SIGINT; Python then installs no handler.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, preexec_fn=listen, **pipes) as child:
-        child.stdout.readline()
-        time.sleep(0.3)
-        child.send_signal(signal.SIGINT)
-        sent = time.monotonic()
-        _, error = child.communicate(timeout=30)
-    assert time.monotonic() - sent < 1
-    assert b"KeyboardInterrupt" in error
+    interrupt(script, tmp_path)
     generations = tpg.train("CartPole-v1", out=tmp_path / "run", resume=True, generations=1, progress=False).generations
     assert generations >= 1

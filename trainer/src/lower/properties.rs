@@ -9,32 +9,14 @@ use tpg_runtime::{Blob, HostAgent, Policy};
 use tpg_tasks::eval::{Arena, Episode, evaluate};
 use tpg_tasks::task::{Pendulum, Rng, Task as _, Wrappers};
 
-use super::tests::{Case, cases, policy_spec};
+use super::tests::{Case, cases, genes, policy_spec};
 use super::{Mode, lower};
 use crate::evolve::{
-    ActionPrograms, EvolutionParams, Genes, Population, Program, ProgramId, Shape, Team, TeamId,
+    ActionPrograms, EvolutionParams, Genes, Population, Program, ProgramId, Team, TeamId,
     Variation, select,
 };
 
 const GENERATIONS: u32 = 6;
-
-fn genes(case: &Case) -> Genes {
-    use tpg_runtime::blob::MemoryModel;
-    Genes {
-        shape: Shape {
-            width: 3,
-            inputs: 3,
-            actions: case.actions,
-            action_programs: case.action_programs,
-        },
-        ops: Genes::ops_of(case.groups),
-        constants: case.constants,
-        register_mode: case.mode,
-        team_memory: case.memory == MemoryModel::Team,
-        reset_rules: false,
-        copies: 0.0,
-    }
-}
 
 /// Any rates, and small sizes.
 fn any_params() -> impl Strategy<Value = EvolutionParams> {
