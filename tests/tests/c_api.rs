@@ -20,7 +20,7 @@ fn the_header_is_that_of_the_source() {
         cbindgen::Config::from_file(c_api().join("cbindgen.toml")).expect("a configuration");
     config.language = cbindgen::Language::C;
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for file in ["status", "agent", "math"] {
+    for file in ["status", "agent"] {
         builder = builder.with_src(c_api().join(format!("src/{file}.rs")));
     }
     let mut text = Vec::new();

@@ -152,48 +152,6 @@ size_t tpg_outputs(tpg_agent *agent);
 // `agent` must be null or come from `tpg_init`.
 uint32_t tpg_control_period_us(tpg_agent *agent);
 
-// x to the power y, 0 if that is not finite.
-float tpg_math_pow(float x, float y);
-
-// Square root, 0 for negative numbers.
-float tpg_math_sqrt(float x);
-
-// Sine of an angle in radians.
-float tpg_math_sin(float x);
-
-// Cosine of an angle in radians.
-float tpg_math_cos(float x);
-
-// Tangent of an angle in radians, computed as sine over cosine.
-float tpg_math_tan(float x);
-
-// Arc sine in radians, 0 outside [-1, 1].
-float tpg_math_asin(float x);
-
-// Arc cosine in radians, 0 outside [-1, 1].
-float tpg_math_acos(float x);
-
-// Arc tangent in radians.
-float tpg_math_atan(float x);
-
-// Hyperbolic tangent.
-float tpg_math_tanh(float x);
-
-// Exponential, 0 if it overflows.
-float tpg_math_exp(float x);
-
-// Natural logarithm, 0 if it is undefined.
-float tpg_math_log(float x);
-
-// Cosine of the classic set.
-float tpg_math_classic_cos(float x);
-
-// Logarithm of the classic set: log y if y > 0, else x.
-float tpg_math_classic_log(float x, float y);
-
-// Exponential of the classic set, the largest number if it overflows.
-float tpg_math_classic_exp(float x);
-
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

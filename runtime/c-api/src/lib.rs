@@ -1,7 +1,6 @@
 //! The runtime for C.
 //!
-//! - `tpg_memory_size`, `tpg_init`, `tpg_reset` and `tpg_decide` execute a policy's file in the caller's memory.
-//! - `tpg_math_*` are the functions that policies compiled to C call, so that they compute the same bits.
+//! `tpg_memory_size`, `tpg_init`, `tpg_reset` and `tpg_decide` execute a policy's file in the caller's memory.
 //!
 //! This crate needs `unsafe` because pointers come from C. Each function documents what its pointers must be. It answers
 //! other misuse with a status.
@@ -13,12 +12,10 @@
 
 mod agent;
 mod layout;
-mod math;
 mod status;
 mod width;
 
 pub use agent::*;
-pub use math::*;
 pub use status::{TpgStatus, tpg_status_message};
 
 /// Rust demands a panic handler in a library without `std`. Nothing here panics, so the linker drops it.

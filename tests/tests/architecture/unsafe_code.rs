@@ -8,7 +8,6 @@ use std::path::Path;
 /// The files that may hold `unsafe`, and what for.
 const ALLOWED: &[(&str, &str)] = &[
     ("runtime/c-api/src/agent.rs", "pointers of a C program"),
-    ("runtime/c-api/src/math.rs", "names that C links to"),
     ("runtime/c-api/src/status.rs", "names that C links to"),
     (
         "trainer/tasks/src/task/mujoco/custom/names.rs",

@@ -1,5 +1,7 @@
 //! `tpg export`
 
+mod unit;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -53,6 +55,25 @@ const RESERVED: &[&str] = &[
     "or_zero",
     "limited",
     "join",
+    "scaled",
+    "halvings",
+    "exponential",
+    "exponential_less_one",
+    "logarithm",
+    "upper",
+    "power_of",
+    "power_of_two",
+    "two_to",
+    "with_sign_of",
+    "bits_of",
+    "float_of",
+    "sine_from",
+    "remainder_of_turns",
+    "perceive",
+    "perceptible",
+    "is_seen",
+    "log2_of",
+    "log2_near_one",
     "self",
     "main",
     "alignas",
@@ -97,11 +118,14 @@ pub(crate) struct Args {
     #[arg(value_name = "FILE.tpg")]
     file: PathBuf,
     /// Write the policy as a Rust module that needs tpg-runtime alone.
-    #[arg(long, value_name = "OUT.rs", required_unless_present = "c")]
+    #[arg(long, value_name = "OUT.rs", required_unless_present_any = ["c", "fmu"])]
     rust: Option<PathBuf>,
     /// Write the policy as C (C99 or later, or C++17): OUT.c and OUT.h; names in it begin with the file's.
     #[arg(long, value_name = "OUT.c")]
     c: Option<PathBuf>,
+    /// Write the policy as a co-simulation unit of FMI 3.0, with a shared library that `cc` (or `$CC`) compiles for this machine.
+    #[arg(long, value_name = "OUT.fmu")]
+    fmu: Option<PathBuf>,
     /// Print one JSON object to standard output.
     #[arg(long)]
     json: bool,
@@ -111,20 +135,28 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.file.display();
     let bytes = fs::read(&args.file).or_bad_input(format!("cannot read {file}"))?;
     let policy = Policy::load(&bytes).or_bad_input(format!("cannot use {file}"))?;
-    let mut written = Vec::new();
-    let name = args.c.as_deref().map(module_name).transpose()?;
+    let name_of_c = |path| module_name(path, &["c", "h"]);
+    let module = args.c.as_deref().map(name_of_c).transpose()?;
+    let name_of_fmu = |path| module_name(path, &["fmu"]);
+    let unit = args.fmu.as_deref().map(name_of_fmu).transpose()?;
+    let mut written: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(path) = &args.rust {
         let command = export_command(&args.file, "--rust", path);
-        written.push((path.clone(), export::rust(&policy, &command)));
+        written.push((path.clone(), export::rust(&policy, &command).into_bytes()));
     }
-    if let (Some(path), Some(name)) = (&args.c, name) {
+    if let (Some(path), Some(name)) = (&args.c, module) {
         let command = export_command(&args.file, "--c", path);
         let module = export::c(&policy, name, &command);
-        written.push((path.with_extension("c"), module.source));
-        written.push((path.with_extension("h"), module.header));
+        written.push((path.with_extension("c"), module.source.into_bytes()));
+        written.push((path.with_extension("h"), module.header.into_bytes()));
     }
-    for (path, text) in &written {
-        fs::write(path, text).or_unwritable(path)?;
+    if let (Some(path), Some(name)) = (&args.fmu, unit) {
+        let command = export_command(&args.file, "--fmu", path);
+        let unit = unit::build(&policy, name, &command)?;
+        written.push((path.clone(), unit));
+    }
+    for (path, content) in &written {
+        fs::write(path, content).or_unwritable(path)?;
     }
     if args.json {
         let files: Vec<String> = written
@@ -133,12 +165,12 @@ pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
             .collect();
         print_json(&serde_json::json!({ "files": files }))?;
     } else {
-        for (path, text) in &written {
-            print(format_args!(
-                "{}: {} lines",
-                path.display(),
-                text.lines().count()
-            ))?;
+        for (path, content) in &written {
+            let size = std::str::from_utf8(content).map_or_else(
+                |_| format!("{} bytes", content.len()),
+                |text| format!("{} lines", text.lines().count()),
+            );
+            print(format_args!("{}: {size}", path.display()))?;
         }
     }
     Ok(Status::Fine)
@@ -151,11 +183,11 @@ fn export_command(policy: &Path, flag: &str, out: &Path) -> String {
     command_line(["tpg", "export", &base(policy), flag, &base(out)])
 }
 
-/// The name of a C module: that of its file, which must be an identifier.
-fn module_name(path: &Path) -> Result<&str, Failure> {
+/// The name of a C module or unit: that of its file, which must be an identifier and have one of the extensions or none.
+fn module_name<'p>(path: &'p Path, extensions: &[&str]) -> Result<&'p str, Failure> {
     let extension = path
         .extension()
-        .is_none_or(|extension| extension == "c" || extension == "h");
+        .is_none_or(|extension| extensions.iter().any(|known| extension == *known));
     let name = path
         .file_stem()
         .and_then(|name| name.to_str())
@@ -166,7 +198,8 @@ fn module_name(path: &Path) -> Result<&str, Failure> {
         return Ok(name);
     }
     Err(Failure::usage(anyhow::anyhow!(
-        "cannot name a C module {}: give a file such as champion.c, whose name has only letters, digits and _ and is not a C keyword",
-        path.display()
+        "cannot name a C module {}: give a file such as champion.{}, whose name has only letters, digits and _ and is not a C keyword",
+        path.display(),
+        extensions[0]
     )))
 }

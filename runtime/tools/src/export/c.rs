@@ -6,9 +6,9 @@ mod library;
 mod memory;
 mod perception;
 mod program;
+mod stack;
 mod text;
 
-use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::Policy;
@@ -20,7 +20,8 @@ use header::write_header;
 use library::{Snippet, used};
 use memory::{memory_functions, reset_functions, write_memory_access, write_resets};
 use perception::perceive;
-use program::{C, declaration, helper};
+pub(super) use program::number_text;
+use program::{C, helper};
 use text::comment;
 
 /// The two files of a C module.
@@ -35,9 +36,7 @@ pub struct CSource {
 /// Returns the policy as C code. The code uses no heap, and is valid C99 and C++17. The names of its types and
 /// functions begin with `name`.
 ///
-/// The code calls only the functions `tpg_math_*` of the runtime's C library. It needs them only for arc functions,
-/// powers, exponentials, logarithms and the hyperbolic tangent. The first lines of the files name `command` as their
-/// origin.
+/// The code needs no library: what it calls is in it. The first lines of the files name `command` as their origin.
 #[must_use]
 pub fn c(policy: &Policy<'_>, name: &str, command: &str) -> CSource {
     let plan = Plan::new(policy);
@@ -82,6 +81,7 @@ fn write_source(out: &mut String, plan: &Plan<'_>, name: &str, command: &str) ->
         include_str!("c/assets/arithmetic.c"),
         include_str!("c/assets/root.c"),
         include_str!("c/assets/trigonometry.c"),
+        include_str!("c/assets/transcendental.c"),
         include_str!("c/assets/vector.c"),
         include_str!("c/assets/matrix.c"),
     ]
@@ -108,17 +108,6 @@ fn write_source(out: &mut String, plan: &Plan<'_>, name: &str, command: &str) ->
         "#include \"{name}.h\"\n\n#include <float.h>\n#include <stdbool.h>\n{GUARDS}\nenum {{ W = {} }};\n",
         plan.width
     )?;
-    let externals: BTreeSet<String> = operations.into_iter().filter_map(declaration).collect();
-    if !externals.is_empty() {
-        writeln!(
-            out,
-            "\n/* From the library libtpg_runtime_c.a of tpg-runtime-c. */\n#if defined(__cplusplus)\nextern \"C\" {{\n#endif"
-        )?;
-        externals
-            .iter()
-            .try_for_each(|line| writeln!(out, "{line}"))?;
-        writeln!(out, "#if defined(__cplusplus)\n}}\n#endif")?;
-    }
     out.push_str(&used(library, &body));
     out.push_str(&body);
     Ok(())

@@ -10,6 +10,7 @@ use super::super::text::letter;
 use super::super::values::sections;
 use super::perception::write_fields;
 use super::program::C;
+use super::stack::stack_bytes;
 use super::text::{comment, signature};
 
 /// What a caller has to know, apart from names and units.
@@ -28,7 +29,7 @@ fn contract(plan: &Plan<'_>) -> Vec<String> {
         [
             "All state is in the structure that the caller passes: no global variables, no heap, no recursion, no locks.",
             "Several threads or interrupt handlers may decide at once, each with a structure of its own.",
-            "The stack that a decision takes depends on the compiler: -fstack-usage shows it.",
+            "The stack that a decision takes depends on the compiler: -fstack-usage shows it, below is an estimate.",
         ]
         .map(str::to_owned),
     );
@@ -107,8 +108,13 @@ pub(super) fn write_header(
     )?;
     writeln!(
         out,
-        "/* Most bytes that the state takes. */\n#define {upper}_STATE_BYTES {}\n",
+        "/* Most bytes that the state takes. */\n#define {upper}_STATE_BYTES {}",
         state_bytes(&c)
+    )?;
+    writeln!(
+        out,
+        "/* Stack of a decision in bytes, estimated: what the text declares, and some more. GCC for Cortex-M takes less with -Os. */\n#define {upper}_STACK_BYTES {}\n",
+        stack_bytes(&c)
     )?;
     for (program, registers) in c.kept() {
         writeln!(out, "typedef struct {{")?;

@@ -11,32 +11,6 @@ use super::super::text::{function_name, identifier, letter, target};
 use super::super::values::Register;
 use tpg_runtime::registers::Location;
 
-/// The name of the library's function for an operation that C does not compute inline.
-pub(super) fn external(op: Op) -> Option<String> {
-    const INLINE: [Op; 4] = [Op::Sin, Op::Cos, Op::Tan, Op::ClassicCos];
-    let classic = match op.form() {
-        Form::Scalar => "",
-        Form::Classic => "classic_",
-        _ => return None,
-    };
-    let outside = op.cost().unit >= TRANSCENDENTAL && !INLINE.contains(&op);
-    outside.then(|| format!("tpg_math_{classic}{}", op.function()))
-}
-
-/// Operations with at least this unit cost are transcendental functions.
-const TRANSCENDENTAL: u8 = 24;
-
-/// The declaration of the library's function for an operation.
-pub(super) fn declaration(op: Op) -> Option<String> {
-    let operands = op.operands().into_iter();
-    let operands = operands.filter(|kind| *kind != Operand::None).count();
-    let parameters = match operands + usize::from(op.destination().is_update()) {
-        2 => "float x, float y",
-        _ => "float x",
-    };
-    external(op).map(|function| format!("extern float {function}({parameters});"))
-}
-
 /// Writes the programs of a plan in C. Type names begin with `prefix`.
 pub(super) struct C<'a, 'p> {
     pub(super) plan: &'a Plan<'p>,
@@ -214,8 +188,7 @@ impl WriteProgram for C<'_, '_> {
                 let writes = size.is_some() && !i.op.destination().is_update();
                 let place = writes.then(|| d.clone());
                 let arguments: Vec<String> = place.into_iter().chain(arguments).collect();
-                let function = external(i.op).unwrap_or_else(|| format!("op_{}", identifier(i.op)));
-                let call = format!("{function}({});", arguments.join(", "));
+                let call = format!("op_{}({});", identifier(i.op), arguments.join(", "));
                 match size {
                     None => format!("{d} = {call}"),
                     Some(_) => call,
@@ -251,7 +224,7 @@ impl WriteProgram for C<'_, '_> {
 }
 
 /// A float in hexadecimal notation. Every compiler reads it back as the same bits.
-pub(super) fn number_text(x: f32) -> String {
+pub(in crate::export) fn number_text(x: f32) -> String {
     let bits = x.to_bits();
     let sign = if bits >> 31 == 1 { "-" } else { "" };
     let (exponent, fraction) = (((bits >> 23) & 0xff) as i32, bits & 0x007f_ffff);
