@@ -93,6 +93,12 @@ fn send(args: &UpdateArgs, path: &Path) -> Result<Updated, Failure> {
             note(format_args!("forced: {difference}"));
         }
     }
+    if updater.begins_to_need_nan(&policy).map_err(failure)? {
+        note(
+            "the new policy takes NaN for a missing element and zero for a value; the board's policy took zeros for missing: \
+             the firmware must send NaN",
+        );
+    }
     updater.update(&policy, &blob, args.force).map_err(failure)
 }
 

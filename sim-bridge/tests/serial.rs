@@ -484,6 +484,25 @@ fn the_command_compares_forces_lists_reverts_and_erases() {
     }
 }
 
+/// A policy of version 3 with a front end, on a board with the same one of version 2, and the other way round.
+#[test]
+fn an_update_says_when_the_firmware_must_begin_to_send_nan() {
+    let golden = |version: u32| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/golden");
+        folder.join(format!("v{version}/held.tpg"))
+    };
+    for (there, here, told) in [(2, 3, true), (3, 3, false), (3, 2, false)] {
+        let place = tempfile::tempdir().expect("a folder");
+        let built_in = fs::read(golden(there)).expect("a golden policy");
+        let board = board(place.path(), built_in, CLEAN, u32::MAX);
+        let controller = format!("serial:{}", board.path.display());
+        let update = env!("CARGO_BIN_EXE_tpg-update");
+        let end = Process::start(update, &golden(here), &["--controller", &controller]).end();
+        assert_eq!(end.status.code(), Some(0), "{end:?}");
+        assert_eq!(end.stderr.contains("must send NaN"), told, "{end:?}");
+    }
+}
+
 #[test]
 fn commands_score_on_a_board_and_end_with_the_right_status() {
     let folder = Folder::new();

@@ -4,6 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use tpg_runtime::Policy;
+use tpg_runtime::blob::VERSION;
 use tpg_runtime::isa::{EDITIONS, Edition};
 use tpg_runtime::wire::{self, Answer, Identity, Refusal, Request, Signed, SlotState, Stored};
 
@@ -160,6 +161,16 @@ impl Updater {
             return Err(self.line.invalid("contract"));
         };
         Ok(there.differences(&here))
+    }
+
+    /// Whether the policy tells missing elements from zeros, and the one that the board uses does not. Then the plant must
+    /// send NaN for what is missing.
+    ///
+    /// # Errors
+    /// Those of the line, and [`BridgeError::BoardRefused`] if the board has no slots.
+    pub fn begins_to_need_nan(&mut self, policy: &Policy<'_>) -> Result<bool, BridgeError> {
+        let tells = policy.front_end().is_some() && policy.header().has_missing_values();
+        Ok(tells && self.slot(self.before.slot)?.format < VERSION)
     }
 
     /// Sends a policy, read from the bytes `file`, to the board, which checks and uses it. `force` sends one for another
