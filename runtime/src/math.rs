@@ -84,16 +84,16 @@ macro_rules! operations {
 
         /// Operations for the loop over scalar instructions.
         ///
-        /// On a host they do not apply the number rule. The loop applies it in one place, to every result.
+        /// On a host they apply the number rule by a selection, on a microcontroller by a branch that is rarely taken.
         pub(crate) mod scalar {
-            use super::{HOST, canonicalize, raw};
+            use super::{HOST, canonicalize, finite, raw};
             pub(crate) use super::{
                 abs, acos, asin, cond, cos, heaviside, latch, max, min, sin, tan,
             };
 
             $(#[inline(always)] pub(crate) fn $name($($x: f32),+) -> f32 {
                 let result = raw::$name($($x),+);
-                if HOST { result } else { canonicalize(result) }
+                if HOST { finite(result) } else { canonicalize(result) }
             })*
         }
 
