@@ -6,8 +6,11 @@
 //! Each request has a number, and its answer repeats it. A host that gets no answer sends the request again. The board
 //! keeps its last answer, so it does not decide twice. Floats travel as the bytes of their bits, little-endian.
 
+mod answers;
+
 use core::fmt;
 
+pub use answers::Answers;
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize};
 

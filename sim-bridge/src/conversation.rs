@@ -2,7 +2,7 @@
 
 use tpg_runtime::blob::contract_bytes;
 use tpg_runtime::wire::{
-    self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, SlotState, Stored,
+    Answer, Answers, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, SlotState, Stored,
 };
 use tpg_runtime::{Action, HostAgent, Policy, Reset};
 
@@ -12,8 +12,6 @@ use crate::message::{MAX_ACTION, MAX_OBSERVATION};
 
 /// Bytes of the longest frame.
 pub(crate) const FRAME: usize = 4 * MAX_OBSERVATION + OVERHEAD;
-/// How many numbers below the last one are those of late duplicates.
-const LATE: u32 = 16;
 /// Most bytes of a contract in an answer.
 const PART: usize = 128;
 
@@ -23,11 +21,7 @@ pub(crate) struct Conversation<'p> {
     file: &'p [u8],
     contract: Vec<u8>,
     receiver: Receiver<FRAME>,
-    /// Number of the last request that was carried out.
-    last: Option<u32>,
-    /// Its answer.
-    answer: [u8; FRAME],
-    answer_len: usize,
+    answers: Answers<FRAME>,
 }
 
 impl<'p> Conversation<'p> {
@@ -46,30 +40,19 @@ impl<'p> Conversation<'p> {
             file,
             contract,
             receiver: Receiver::new(),
-            last: None,
-            answer: [0; FRAME],
-            answer_len: 0,
+            answers: Answers::new(),
         })
     }
 
     /// Takes the next byte and returns the bytes to send, none unless it completes a request.
     pub(crate) fn take(&mut self, byte: u8) -> &[u8] {
         let damaged = self.receiver.damaged();
-        let Some(Frame { seq, message }) = self.receiver.push::<Request<'_>>(byte) else {
+        let Some(request) = self.receiver.push::<Request<'_>>(byte) else {
             return &[];
         };
-        let due = match (message, self.last) {
-            (Request::Hello, _) | (_, None) => true,
-            (_, Some(last)) => last.wrapping_sub(seq) > LATE,
-        };
-        if !due {
-            // The answer to the last request was lost; an older one is a late duplicate.
-            let len = if self.last == Some(seq) {
-                self.answer_len
-            } else {
-                0
-            };
-            return &self.answer[..len];
+        let Frame { seq, message } = request;
+        if !self.answers.is_new(&request) {
+            return self.answers.again(seq);
         }
         let mut values = [0; 4 * MAX_ACTION];
         let message = match message {
@@ -107,9 +90,7 @@ impl<'p> Conversation<'p> {
                 detail: 0,
             },
         };
-        self.last = Some(seq);
-        self.answer_len = wire::write(&Frame { seq, message }, &mut self.answer).unwrap_or(0);
-        &self.answer[..self.answer_len]
+        self.answers.keep(&Frame { seq, message })
     }
 }
 

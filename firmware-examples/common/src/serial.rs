@@ -2,7 +2,8 @@
 
 use tpg_runtime::blob::{Blob, contract, contract_bytes};
 use tpg_runtime::wire::{
-    self, Answer, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, Signed, SlotState, Stored,
+    self, Answer, Answers, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, Signed,
+    SlotState, Stored,
 };
 use tpg_runtime::{
     Action, Agent, Capacities, CapacityError, Header, Policy, Reset, Storage, Width,
@@ -17,12 +18,6 @@ const MAX_ACTION: usize = 32;
 const FRAME: usize = 512 + OVERHEAD;
 /// Number of good periods after which a new policy is confirmed, unless the application says otherwise.
 pub const GOOD_PERIODS: u32 = 100;
-
-/// How many numbers below the last one are those of late duplicates.
-///
-/// A line keeps the order of frames, so few are enough. Any other number is a new request, so that no number of a frame
-/// can make the board deaf to the requests after it.
-const LATE: u32 = 16;
 
 /// What the firmware demands of a new policy, and when it confirms one.
 #[derive(Debug, Clone, Copy)]
@@ -82,10 +77,7 @@ impl Rules {
 #[derive(Debug)]
 pub struct Session<F> {
     receiver: Receiver<FRAME>,
-    /// The last answer. It is kept because a host that did not receive it repeats its request.
-    answer: [u8; FRAME],
-    answer_len: usize,
-    last: Option<u32>,
+    answers: Answers<FRAME>,
     built_in: &'static [u8],
     slots: Option<Slots<F>>,
     /// Decisions of the policy in use since it was put into use, or since a refused observation.
@@ -119,9 +111,7 @@ impl<F: Flash> Session<F> {
         agent.load(newest.unwrap_or(original))?;
         Ok(Session {
             receiver: Receiver::new(),
-            answer: [0; FRAME],
-            answer_len: 0,
-            last: None,
+            answers: Answers::new(),
             built_in,
             slots,
             good: 0,
@@ -171,21 +161,12 @@ impl<F: Flash> Session<F> {
         make_safe: impl FnOnce(),
     ) -> &[u8] {
         let damaged = self.receiver.damaged();
-        let Some(Frame { seq, message }) = self.receiver.push::<Request<'_>>(byte) else {
+        let Some(request) = self.receiver.push::<Request<'_>>(byte) else {
             return &[];
         };
-        let due = match (message, self.last) {
-            (Request::Hello, _) | (_, None) => true,
-            (_, Some(last)) => last.wrapping_sub(seq) > LATE,
-        };
-        // The host repeats its last request if the answer was lost, so send that answer again. An older request is a
-        // duplicate and gets no answer.
-        if !due {
-            let again = self.last == Some(seq);
-            return self
-                .answer
-                .get(..if again { self.answer_len } else { 0 })
-                .unwrap_or_default();
+        let Frame { seq, message } = request;
+        if !self.answers.is_new(&request) {
+            return self.answers.again(seq);
         }
         if let Request::Begin { .. }
         | Request::Store { .. }
@@ -285,9 +266,7 @@ impl<F: Flash> Session<F> {
                 slots.erase(number, |file| change(agent, file.unwrap_or(built_in)))
             })),
         };
-        self.last = Some(seq);
-        self.answer_len = wire::write(&Frame { seq, message }, &mut self.answer).unwrap_or(0);
-        self.answer.get(..self.answer_len).unwrap_or_default()
+        self.answers.keep(&Frame { seq, message })
     }
 }
 
