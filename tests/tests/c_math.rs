@@ -172,7 +172,7 @@ fn functions_of_exported_c_have_the_runtimes_bits() {
 
 /// All finite arguments: `cargo test --release -p tpg-tests --test c_math -- --ignored --nocapture`.
 #[test]
-#[ignore = "takes a quarter of an hour"]
+#[ignore = "takes minutes a function"]
 fn all_arguments_give_the_runtimes_bits() {
     let program = compile("cc", &["-O3"]);
     for (name, expected) in FUNCTIONS {
