@@ -28,7 +28,7 @@ const PLANT: &str = "tpg-plant";
 const CONTROLLER: &str = "tpg-controller";
 /// Time between two looks at the children.
 const LOOK_INTERVAL: Duration = Duration::from_millis(5);
-/// Time for a child to end after the other one has, and again after it was asked to end.
+/// Time for a child to end after the other one has failed, and again after it was asked to end.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Score a policy in another process than the simulator.
@@ -159,7 +159,8 @@ fn run_processes(
         output.map_or(Ok(0), |mut pipe| pipe.read_to_end(&mut text))?;
         Ok::<_, io::Error>(text)
     });
-    let watched = watch(&mut plant, controller.as_mut());
+    let timeout = args.deadlines.timeout.timeout();
+    let watched = watch(&mut plant, controller.as_mut(), timeout);
     let ended = plant.ended;
     let controller_killed = controller.as_ref().is_some_and(|part| part.killed);
     if plant.killed || controller_killed || watched.is_err() {
@@ -277,7 +278,13 @@ fn sibling(name: &str) -> Result<PathBuf, Failure> {
 }
 
 /// Waits until all have ended; kills the one that does not follow the other in time.
-fn watch(plant: &mut Part, controller: Option<&mut Part>) -> Result<(), Failure> {
+///
+/// Where none has failed, that is as long as any other wait for a process: a busy machine costs no loop that was run to its end.
+fn watch(
+    plant: &mut Part,
+    controller: Option<&mut Part>,
+    timeout: Duration,
+) -> Result<(), Failure> {
     let mut parts: Vec<&mut Part> = [Some(plant), controller].into_iter().flatten().collect();
     let mut interrupted = None;
     loop {
@@ -293,10 +300,12 @@ fn watch(plant: &mut Part, controller: Option<&mut Part>) -> Result<(), Failure>
         }
         // Where one has failed, the other has the time to say what it saw before it is stopped.
         let waited = ends.into_iter().flatten().min().map(|end| end.elapsed());
-        if interrupted.is_some() || waited.is_some_and(|waited| waited >= GRACE) {
+        let failed = parts.iter().any(|part| part.failure().is_some());
+        let grace = if failed { GRACE } else { timeout.max(GRACE) };
+        if interrupted.is_some() || waited.is_some_and(|waited| waited >= grace) {
             parts.iter_mut().for_each(|part| part.stop());
         }
-        let overdue = waited.is_some_and(|waited| waited >= 2 * GRACE)
+        let overdue = waited.is_some_and(|waited| waited >= grace + GRACE)
             || interrupted.is_some_and(|since: Instant| since.elapsed() >= GRACE);
         if overdue {
             for part in &mut parts {

@@ -145,6 +145,90 @@ fn commands_in_documents_exist() {
     assert!(faults.is_empty(), "{faults:#?}");
 }
 
+/// Scripts and make targets in a text.
+fn scripts_and_targets(code: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for line in code.lines() {
+        let bare = |word| str::trim_matches(word, ['@', '"', '\'', '(', ')', ',', '.', ';']);
+        let words: Vec<&str> = line.split_whitespace().map(bare).collect();
+        let scripts = words.iter().filter(|word| word.starts_with("scripts/"));
+        let scripts = scripts.filter(|word| word.len() > "scripts/".len());
+        found.extend(scripts.map(|word| (*word).to_owned()));
+        let targets = words.windows(2).filter(|pair| pair[0] == "make");
+        let targets = targets.filter(|pair| pair[1].starts_with(char::is_alphabetic));
+        found.extend(targets.map(|pair| format!("make {}", pair[1])));
+    }
+    found
+}
+
+/// Scripts and make targets that continuous integration runs, its tests included.
+fn run_by_ci() -> BTreeSet<String> {
+    let root = root();
+    let read = |path: PathBuf| fs::read_to_string(path).unwrap_or_default();
+    let makefile = read(root.join("Makefile"));
+    let mut texts = vec![read(root.join(".ci/run"))];
+    for folder in [
+        "tests/tests",
+        "tests/tests/reliability",
+        "tests/src",
+        "sim-bridge/tests",
+    ] {
+        let files = fs::read_dir(root.join(folder)).expect("a folder of tests");
+        texts.extend(files.map(|file| read(file.expect("an entry").path())));
+    }
+    let mut run = BTreeSet::new();
+    while let Some(text) = texts.pop() {
+        // Tests name scripts by a path from elsewhere.
+        let text = text.replace("../scripts/", " scripts/").replace('"', " ");
+        for name in scripts_and_targets(&text) {
+            if run.insert(name.clone()) {
+                texts.push(match name.strip_prefix("make ") {
+                    Some(target) => makefile
+                        .split("\n\n")
+                        .find(|rule| {
+                            rule.lines()
+                                .any(|line| line.starts_with(&format!("{target}:")))
+                        })
+                        .map_or(String::new(), str::to_owned),
+                    None => read(root.join(&name)),
+                });
+            }
+        }
+    }
+    run
+}
+
+/// Prints which of the scripts and make targets in the documents continuous integration runs.
+#[test]
+fn scripts_in_documents_exist() {
+    let makefile = fs::read_to_string(root().join("Makefile")).expect("a Makefile");
+    let (run, mut named) = (run_by_ci(), BTreeSet::new());
+    for page in pages().values() {
+        let (mut code, rest) = split(page);
+        code.extend(inline(&rest));
+        for code in code {
+            named.extend(scripts_and_targets(&code));
+        }
+    }
+    for name in &named {
+        let exists = match name.strip_prefix("make ") {
+            Some(target) => makefile.contains(&format!("\n{target}:")),
+            None => root().join(name).exists(),
+        };
+        assert!(exists, "there is no {name}");
+        let who = if run.contains(name) {
+            "run by CI"
+        } else {
+            "by hand"
+        };
+        println!("{who:9} {name}");
+    }
+    assert!(
+        run.contains("scripts/setup") && named.len() > 10,
+        "{run:?}, {named:?}"
+    );
+}
+
 /// Sentences of a page as numbers of words and texts. Tables, headings and code do not count, inline code is one word.
 fn sentences(rest: &str) -> Vec<(usize, String)> {
     let mut paragraphs = vec![String::new()];

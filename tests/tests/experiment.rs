@@ -253,6 +253,12 @@ fn an_interrupted_experiment_goes_on() {
     let output = finish(child);
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
     assert!(place.path("work/cartpole.no-memory.1/checkpoint").exists());
+    let run = fs::read_to_string(place.path("work/cartpole.no-memory.1/run.toml"));
+    let commit = tpg_ok(&["--version"]).stdout;
+    let commit = String::from_utf8(commit).expect("text");
+    if let Some((_, commit)) = commit.trim().trim_end_matches(')').split_once(" (") {
+        assert!(run.expect("a file").contains(commit), "no commit {commit}");
+    }
     assert!(!place.path("rows/cartpole.no-memory.1.csv").exists());
     place.run();
     assert_eq!(rows(&place.results()), rows(&undisturbed));

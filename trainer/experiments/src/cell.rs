@@ -34,7 +34,8 @@ const CPU_LOG: &str = "cpu";
 
 /// Trains a run to its end, or on from its checkpoint, and writes its results; `None` if it was stopped before its end.
 ///
-/// `progress` is told the share of the budget that is used, at the beginning and after each generation.
+/// `progress` is told the share of the budget that is used, at the beginning and after each generation. `commit` is the one that the
+/// program was built from, where it is known.
 ///
 /// # Errors
 /// A [`Failure`] with its status: the configuration, a file that cannot be written, or the simulator.
@@ -42,11 +43,12 @@ pub fn run(
     experiment: &Experiment,
     folder: &Folder,
     cell: &Cell,
+    commit: Option<&str>,
     stop: &Arc<AtomicBool>,
     progress: &dyn Fn(f64),
 ) -> Result<Option<Row>, Failure> {
     let work = folder.work(cell);
-    let (mut session, mut run_folder) = open(&work, cell, experiment.threads)?;
+    let (mut session, mut run_folder) = open(&work, cell, experiment.threads, commit)?;
     let pool = session
         .pool(experiment.threads)
         .or_usage("bad configuration")?;
@@ -69,7 +71,12 @@ pub fn run(
 }
 
 /// The run that lies in the folder, or a new one.
-fn open(work: &Path, cell: &Cell, threads: usize) -> Result<(Session, RunFolder), Failure> {
+fn open(
+    work: &Path,
+    cell: &Cell,
+    threads: usize,
+    commit: Option<&str>,
+) -> Result<(Session, RunFolder), Failure> {
     if work.join("checkpoint").exists() {
         match RunFolder::open(work, false) {
             Ok((run_folder, session, _)) if is_of(&session, cell) => {
@@ -97,7 +104,7 @@ fn open(work: &Path, cell: &Cell, threads: usize) -> Result<(Session, RunFolder)
         command: std::env::args().collect(),
         keep: Keep::default(),
         threads,
-        commit: None,
+        commit: commit.map(str::to_owned),
     };
     let run_folder = RunFolder::create(work, &session, origin).map_err(Failure::of)?;
     Ok((session, run_folder))

@@ -134,7 +134,7 @@ impl Evolution {
                     },
                     // Episodes are run by Python.
                     threads: 1,
-                    commit: None,
+                    commit: option_env!("TPG_COMMIT").map(str::to_owned),
                 };
                 let made = RunFolder::create(&path, &session, origin);
                 Some(made.map_err(|error| folder_error(&error))?)

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use super::claim::Claim;
 use super::progress::Progress;
 use crate::interrupt::stop_on_signal;
+use crate::version::COMMIT;
 use tpg_experiments::cell;
 use tpg_experiments::file::{Cell, Experiment};
 use tpg_experiments::folder::{Folder, FolderError, Found, Manifest, default_folder};
@@ -250,7 +251,14 @@ impl Work<'_> {
         }
         let name = &cell.name;
         let progress = |used| self.progress.at(name, used);
-        let row = cell::run(self.experiment, self.folder, cell, self.stop, &progress);
+        let row = cell::run(
+            self.experiment,
+            self.folder,
+            cell,
+            COMMIT,
+            self.stop,
+            &progress,
+        );
         let done = self.progress.end(name, matches!(row, Ok(Some(_))));
         let Some(row) = row? else {
             return Ok(Outcome::NothingToDo);
