@@ -7,11 +7,11 @@ use tpg_runtime::isa::Group;
 use tpg_runtime::{Blob, Policy, VerifyError};
 
 const GOLDEN: [&[u8]; 5] = [
-    include_bytes!("../../tests/golden/v3/classic.tpg"),
-    include_bytes!("../../tests/golden/v3/copies.tpg"),
-    include_bytes!("../../tests/golden/v3/reactive.tpg"),
-    include_bytes!("../../tests/golden/v3/team-memory.tpg"),
-    include_bytes!("../../tests/golden/v3/zero.tpg"),
+    include_bytes!("golden/classic.tpg"),
+    include_bytes!("golden/copies.tpg"),
+    include_bytes!("golden/reactive.tpg"),
+    include_bytes!("golden/team-memory.tpg"),
+    include_bytes!("golden/zero.tpg"),
 ];
 
 #[test]
@@ -37,8 +37,8 @@ fn a_policy_loads_where_its_groups_are_built() {
 #[test]
 fn a_policy_with_a_front_end_loads_where_those_are_built() {
     for bytes in [
-        include_bytes!("../../tests/golden/v3/standardised.tpg").as_slice(),
-        include_bytes!("../../tests/golden/v3/believed-cubic.tpg"),
+        include_bytes!("golden/standardised.tpg").as_slice(),
+        include_bytes!("golden/believed-cubic.tpg"),
     ] {
         let loaded = Policy::load(bytes);
         if cfg!(not(feature = "front-end")) {
@@ -53,7 +53,7 @@ fn a_policy_with_a_front_end_loads_where_those_are_built() {
 
 #[test]
 fn a_policy_with_programs_for_each_output_loads_where_those_are_built() {
-    let loaded = Policy::load(include_bytes!("../../tests/golden/v3/each.tpg"));
+    let loaded = Policy::load(include_bytes!("golden/each.tpg"));
     if cfg!(not(feature = "action-programs")) {
         let error = loaded.expect_err("programs for each output");
         assert!(matches!(error, VerifyError::Unsupported { .. }), "{error}");

@@ -8,8 +8,9 @@ use std::process::{Command, Stdio};
 use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use tpg_board::pack;
 use tpg_tools::footprint::{self, Emulation, boards};
+
+pub use tpg_tools::footprint::pack;
 
 /// Set this environment variable to `1` where a missing emulator, target or memory checker must be a failure, not a skipped test.
 pub const REQUIRED: &str = "TPG_REQUIRE_QEMU";
@@ -239,32 +240,8 @@ impl Board {
     #[must_use]
     pub fn run(&self, program: &Path, options: &[String]) -> (Option<i32>, String) {
         let mut command = self.emulator(program);
-        // Semihosting prints to standard error of some versions of QEMU, to standard output of others.
-        let folder = tempfile::tempdir().expect("a folder");
-        let file = folder.path().join("output");
-        let output = fs::File::create(&file).expect("a file");
-        let mut child = command
-            .args(["-serial", "null"])
-            .args(options)
-            .stdout(output.try_clone().expect("a second handle"))
-            .stderr(output)
-            .spawn()
-            .expect("the emulator starts");
-        let started = Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait().expect("a child to wait for") {
-                break status;
-            }
-            if started.elapsed() > WATCHDOG {
-                child.kill().expect("a child to end");
-                panic!("{} hangs", self.name);
-            }
-            std::thread::sleep(Duration::from_millis(10));
-        };
-        (
-            status.code(),
-            fs::read_to_string(file).expect("the output is text"),
-        )
+        command.args(["-serial", "null"]).args(options);
+        run(command, &self.name)
     }
 
     /// The option that loads a file into spare memory.
@@ -278,28 +255,85 @@ impl Board {
     }
 }
 
+/// Runs an emulator to its end; returns exit status and what the program printed.
+///
+/// # Panics
+/// If it hangs.
+fn run(mut command: Command, name: &str) -> (Option<i32>, String) {
+    // Semihosting prints to standard error of some versions of QEMU, to standard output of others.
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("output");
+    let output = fs::File::create(&file).expect("a file");
+    let mut child = command
+        .stdout(output.try_clone().expect("a second handle"))
+        .stderr(output)
+        .spawn()
+        .expect("the emulator starts");
+    let started = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child to wait for") {
+            break status;
+        }
+        if started.elapsed() > WATCHDOG {
+            child.kill().expect("a child to end");
+            panic!("{name} hangs");
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    (
+        status.code(),
+        fs::read_to_string(file).expect("the output is text"),
+    )
+}
+
+/// Builds the example of a framework for a target and runs it on a machine of QEMU; returns exit status and what it
+/// printed. `None` if the compiler or the emulator is missing; says why.
+///
+/// # Panics
+/// If it does not build or hangs, or if something is missing and the environment says that it must be here, by
+/// [`REQUIRED`].
+#[must_use]
+pub fn run_framework(name: &str, target: &str, machine: &str) -> Option<(Option<i32>, String)> {
+    let cargo_for = repository().join("scripts/cargo-for");
+    let emulator = "qemu-system-arm";
+    if !runs(emulator, &["--version"]) || !runs(&cargo_for.to_string_lossy(), &["--check", target])
+    {
+        skip(
+            name,
+            &format!("{emulator} or a compiler for {target} is missing"),
+        );
+        return None;
+    }
+    let build = repository().join("target/firmware").join(name);
+    let status = Command::new(cargo_for)
+        .args([target, "build", "--quiet", "--release"])
+        .current_dir(repository().join("firmware-examples/frameworks").join(name))
+        .env("CARGO_TARGET_DIR", &build)
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .status();
+    assert!(
+        status.expect("scripts/cargo-for starts").success(),
+        "{name}"
+    );
+    let program = build
+        .join(target)
+        .join("release")
+        .join(format!("tpg-{name}"));
+    let mut command = Command::new(emulator);
+    command
+        .args(["-machine", machine, "-display", "none", "-monitor", "none"])
+        .args(["-serial", "null", "-semihosting-config"])
+        .args(["enable=on,target=native", "-kernel"])
+        .arg(program)
+        .stdin(Stdio::null());
+    Some(run(command, name))
+}
+
 impl Deref for Board {
     type Target = footprint::Board;
 
     fn deref(&self) -> &Self::Target {
         self.0
     }
-}
-
-/// A pack of policies, for `bits` to try with so many decisions each.
-///
-/// # Panics
-/// If a policy is of absurd size.
-#[must_use]
-pub fn pack(policies: &[Vec<u8>], decisions: u32) -> Vec<u8> {
-    let number = |n: usize| u32::try_from(n).expect("small").to_le_bytes();
-    let mut bytes = pack::MAGIC.to_vec();
-    bytes.extend(decisions.to_le_bytes());
-    bytes.extend(number(policies.len()));
-    for policy in policies {
-        bytes.extend(number(policy.len()));
-        bytes.extend(policy);
-        bytes.resize(bytes.len().next_multiple_of(4), 0);
-    }
-    bytes
 }

@@ -193,7 +193,7 @@ fn folder_with_golden(text: &str) -> tempfile::NamedTempFile {
 fn the_examples_build_for_boards_that_nothing_emulates() {
     for board in Board::all().filter(|board| board.emulation.is_none()) {
         if board.is_available() {
-            for program in ["decide", "selftest", "serial", "robot"] {
+            for program in ["decide", "selftest", "serial", "robot", "cycles"] {
                 assert!(board.build(program).is_file());
             }
         }

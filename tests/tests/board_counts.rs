@@ -38,8 +38,10 @@ fn instructions_take_so_many_of_the_processor_at_most() {
     assert_eq!(status, Some(0), "{printed}");
     let counts: Vec<[f64; 2]> = printed
         .lines()
-        .filter_map(|line| line.split_once(' '))
-        .map(|(policy, machine)| [policy, machine].map(|n| n.parse().expect("a number")))
+        .map(|line| {
+            let mut numbers = line.split(' ').map(|n| n.parse().expect("a number"));
+            [(); 2].map(|()| numbers.next().expect("sums of both kinds"))
+        })
         .collect();
     assert_eq!(counts.len(), policies.len(), "{printed}");
     for ((what, _, most), pair) in ceilings.iter().zip(counts.as_chunks::<2>().0) {

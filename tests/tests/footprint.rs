@@ -108,6 +108,7 @@ fn of_a_board_that_nothing_emulates_the_code_tells_what_it_can() {
         [
             "agent_bytes",
             "decisions",
+            "instructions_in_worst_seen",
             "instructions_mean",
             "machine_instructions_mean",
             "machine_instructions_worst_seen",

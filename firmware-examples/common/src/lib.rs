@@ -5,17 +5,21 @@
 //! - [`selftest`]: compares one policy with a run recorded on the host.
 //! - [`serial`]: the board's side of the serial line of `tpg hil --controller` and `tpg update`.
 //! - [`slots`]: two slots for policies. One of them always works, even after a power cut.
+//! - [`cycles`]: how long decisions take over recorded observations, against the control period.
 //! - `measure`: measures decisions on this machine, for `tpg footprint`. Only on targets without an operating system.
 //! - [`ram`]: RAM used in place of flash on emulated boards.
 //! - `sim`: simulated flash with power cuts, for tests on a host.
-//! - `mps2`, `virt`: the registers of QEMU's boards that the examples use. Each needs the feature of the same name.
+//! - `mps2`, `microbit`, `virt`: the registers of QEMU's boards that the examples use. Each needs the feature of the same name.
 //! - `panic`: the panic handler for targets without an operating system.
 //!
-//! `measure`, `mps2`, `virt` and [`ram`] contain `unsafe` code, because they access memory by address.
+//! `measure`, `mps2`, `microbit`, `virt` and [`ram`] contain `unsafe` code, because they access memory by address.
 #![no_std]
 
+pub mod cycles;
 #[cfg(target_os = "none")]
 pub mod measure;
+#[cfg(feature = "microbit")]
+pub mod microbit;
 #[cfg(feature = "mps2")]
 pub mod mps2;
 pub mod pack;

@@ -7,6 +7,7 @@
 //! | [`disassemble`] | its programs as text and its graph as a drawing |
 //! | [`export`] | Rust or C source code that makes the same decisions |
 //! | [`footprint`] | its flash, RAM, stack and instructions on a board |
+//! | [`worst_path`](mod@worst_path) | a policy that runs every program in each decision, to measure |
 //! | [`signature`] | a signed file, and the keys for it |
 
 pub mod convert;
@@ -15,3 +16,4 @@ pub mod disassemble;
 pub mod export;
 pub mod footprint;
 pub mod signature;
+pub mod worst_path;

@@ -19,6 +19,9 @@ pub(crate) struct Args {
     /// The policy that it was recorded from.
     #[arg(value_name = "FILE.tpg")]
     policy: PathBuf,
+    /// Write the observations for the firmware's program `cycles`: a line for each, and an empty one between episodes.
+    #[arg(long, value_name = "OUT")]
+    observations: Option<PathBuf>,
     /// Print one JSON object to standard output.
     #[arg(long)]
     json: bool,
@@ -27,7 +30,20 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Status, Failure> {
     let file = args.policy.display();
     let bytes = std::fs::read(&args.policy).or_bad_input(format!("cannot read {file}"))?;
-    let decisions = decide_again(&args.trace, &args.policy, &bytes, |_| ())?;
+    let (mut observations, mut episode) = (String::new(), 0);
+    let decisions = decide_again(&args.trace, &args.policy, &bytes, |decision| {
+        if args.observations.is_some() {
+            if decision.episode != episode {
+                observations.push('\n');
+                episode = decision.episode;
+            }
+            observations.push_str(&decision.observation.join(" "));
+            observations.push('\n');
+        }
+    })?;
+    if let Some(path) = &args.observations {
+        std::fs::write(path, observations).or_unwritable(path)?;
+    }
     if args.json {
         print_json(&serde_json::json!({ "decisions": decisions }))?;
     } else {

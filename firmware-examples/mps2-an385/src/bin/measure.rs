@@ -26,5 +26,6 @@ fn main() -> ! {
     println!("instructions_sum {}", seen.instructions_sum);
     println!("machine_instructions_sum {}", seen.machine_sum);
     println!("machine_instructions_worst_seen {}", seen.machine_worst);
+    println!("instructions_in_worst_seen {}", seen.instructions_worst);
     exit(0)
 }

@@ -7,12 +7,15 @@ use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, ExitStatus, Output};
 
 use object::{Object as _, ObjectSection as _, SectionFlags, elf};
 use serde::Serialize;
+use tpg_runtime::Policy;
 
 use super::board::{Board, Emulation, boards};
+use super::costs::{Costs, Trial};
+use super::pack::pack;
 use super::stack::{self, StackError};
 
 /// How the firmware is compiled.
@@ -96,9 +99,17 @@ pub enum FootprintError {
         /// The board.
         board: String,
         /// How the emulator ended.
-        status: std::process::ExitStatus,
+        status: ExitStatus,
         /// What it printed.
         output: String,
+    },
+    /// The policies that are tried for the costs of operations cannot be made or counted.
+    #[error("no costs of operations on {board}: {reason}")]
+    Costs {
+        /// The board.
+        board: String,
+        /// Why.
+        reason: String,
     },
     /// No bound was found for a decision's stack.
     #[error("no bound of the stack in {path} ({board})")]
@@ -160,6 +171,8 @@ pub struct Seen {
     pub machine_instructions_mean: Option<f64>,
     /// The most processor instructions in a measured decision.
     pub machine_instructions_worst_seen: Option<u64>,
+    /// The policy instructions of that decision.
+    pub instructions_in_worst_seen: Option<u64>,
 }
 
 /// The folder with the firmware's sources.
@@ -230,6 +243,48 @@ impl Firmware {
         })
     }
 
+    /// Measures what the policy's operations cost on an emulated board, and bounds a decision by them.
+    ///
+    /// # Errors
+    /// [`FootprintError::Costs`] if nothing emulates the board, or if the policy is too large to be tried; any other
+    /// [`FootprintError`].
+    pub fn costs(
+        &self,
+        board: &Board,
+        profile: Profile,
+        path: &Path,
+    ) -> Result<Costs, FootprintError> {
+        let none = |reason: String| FootprintError::Costs {
+            board: board.name.clone(),
+            reason,
+        };
+        let Some(emulation) = &board.emulation else {
+            return Err(none("nothing emulates it".into()));
+        };
+        let bytes = fs::read(path).map_err(|error| unreadable(path, error))?;
+        let policy = Policy::load(&bytes).map_err(|error| unreadable(path, error))?;
+        let trial = Trial::new(&bytes, &policy).map_err(|error| none(error.to_string()))?;
+        let program = self.build(board, profile, "count", path)?;
+        // Beside the program, which this call has just built.
+        let file = program.with_extension("pack");
+        fs::write(&file, pack(&trial.policies, 0)).map_err(|error| unreadable(&file, error))?;
+        let load = format!(
+            "loader,file={},addr={:#x},force-raw=on",
+            file.display(),
+            emulation.spare
+        );
+        let (status, printed) = emulate(emulation, &program, &["-device", &load])?;
+        let most: Vec<u64> = (printed.lines())
+            .filter_map(|line| line.split(' ').nth(2)?.parse().ok())
+            .collect();
+        let bound = trial.bound(&most).filter(|_| status.success());
+        bound.ok_or_else(|| {
+            none(format!(
+                "its program `count` ended with {status}: {printed}"
+            ))
+        })
+    }
+
     /// Builds and runs the program `measure`.
     fn run(
         &self,
@@ -250,6 +305,7 @@ impl Firmware {
             instructions_mean: mean("instructions_sum"),
             machine_instructions_mean: mean("machine_instructions_sum"),
             machine_instructions_worst_seen: number("machine_instructions_worst_seen"),
+            instructions_in_worst_seen: number("instructions_in_worst_seen"),
         })
     }
 
@@ -289,28 +345,38 @@ fn run(
     emulation: &Emulation,
     program: &Path,
 ) -> Result<HashMap<String, u64>, FootprintError> {
+    let (status, printed) = emulate(emulation, program, &[])?;
+    let numbers: HashMap<_, _> = (printed.lines())
+        .filter_map(|line| line.split_once(' '))
+        .filter_map(|(key, number)| Some((key.to_owned(), number.parse().ok()?)))
+        .collect();
+    if status.success() && numbers.contains_key("decisions") {
+        return Ok(numbers);
+    }
+    Err(FootprintError::Run {
+        board: board.name.clone(),
+        status,
+        output: printed,
+    })
+}
+
+/// Runs a program on the emulator while its clock counts instructions. Returns how it ended and what it printed.
+fn emulate(
+    emulation: &Emulation,
+    program: &Path,
+    options: &[&str],
+) -> Result<(ExitStatus, String), FootprintError> {
     let mut emulator = Command::new(&emulation.command[0]);
     emulator
         .args(&emulation.command[1..])
         .args(&emulation.count)
         .args(["-display", "none", "-monitor", "none", "-serial", "null"])
+        .args(options)
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(program);
     let advice = "install it (apt-get install qemu-system-arm qemu-system-misc)";
     let output = output(&mut emulator, advice)?;
-    let printed = text(&output);
-    let numbers: HashMap<_, _> = (printed.lines())
-        .filter_map(|line| line.split_once(' '))
-        .filter_map(|(key, number)| Some((key.to_owned(), number.parse().ok()?)))
-        .collect();
-    if output.status.success() && numbers.contains_key("decisions") {
-        return Ok(numbers);
-    }
-    Err(FootprintError::Run {
-        board: board.name.clone(),
-        status: output.status,
-        output: printed,
-    })
+    Ok((output.status, text(&output)))
 }
 
 /// The bytes of flash and the bytes of static variables of a program.

@@ -31,7 +31,16 @@ pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) ->
             wide(&mut code, &mut low_halves, at, first, second)
         } else {
             k += 1;
-            narrow(&mut code, at, first)
+            let before = [half(k.wrapping_sub(2)), half(k.wrapping_sub(3))];
+            let constant = |address: u64| {
+                let place = (address.checked_sub(start)? / 2) as usize;
+                (place + 1 < halves.len()).then(|| half(place + 1) << 16 | half(place))
+            };
+            match first & 0xff87 {
+                0x4485 => added(before, at, first >> 3 & 15, constant),
+                0x4685 if is_below_frame(before, first >> 3 & 15) => Some(0),
+                _ => narrow(&mut code, at, first),
+            }
         };
         match taken {
             Some(bytes) => code.frame += u64::from(bytes),
@@ -39,6 +48,29 @@ pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) ->
         }
     }
     code
+}
+
+/// The bytes that `add sp` takes with a register into which the instruction before has loaded a constant: Armv6-M has no
+/// other way to take more than 508 bytes at once. `None` if there is no such instruction.
+fn added(
+    [before, _]: [u32; 2],
+    at: u64,
+    register: u32,
+    constant: impl Fn(u64) -> Option<u32>,
+) -> Option<u32> {
+    // ldr with an address relative to pc, which is that of the next but one and a multiple of 4.
+    let loads = before >> 11 == 0b01001 && before >> 8 & 7 == register;
+    let address = ((at + 2) & !3) + 4 * u64::from(before & 0xff);
+    let taken = (constant(address).filter(|_| loads)? as i32).checked_neg()?;
+    Some(taken.max(0) as u32)
+}
+
+/// Whether a register was made of the frame pointer by subtracting one or two constants, as Armv6-M does it before it
+/// restores the stack pointer.
+fn is_below_frame([before, earlier]: [u32; 2], register: u32) -> bool {
+    let from_frame = |i: u32| i & 0xfe3f == 0x1e00 | FP << 3 | register;
+    let again = before & 0xff00 == 0x3800 | register << 8;
+    from_frame(before) || (again && from_frame(earlier))
 }
 
 /// The bytes that a 16-bit instruction takes from the stack. `None` if the amount is unknown.
@@ -187,6 +219,23 @@ mod tests {
         assert_eq!(code.addresses, BTreeSet::from([0x2000_1235]));
         assert!(!code.through_pointer);
         assert_eq!(code.dynamic, None);
+    }
+
+    /// As the compiler does it for a Cortex-M0, which has no wide instructions for it.
+    #[test]
+    fn large_frames_of_armv6_m_are_known() {
+        let code = code(&[
+            0xb5f0, // push {r4, r5, r6, r7, lr}
+            0xaf03, // add r7, sp, #12
+            0x4c02, // ldr r4, [pc, #8]
+            0x44a5, // add sp, r4
+            0x1ffc, // subs r4, r7, #7
+            0x3c05, // subs r4, #5
+            0x46a5, // mov sp, r4
+            0xbdf0, // pop {r4, r5, r6, r7, pc}
+            0xfce0, 0xffff, // -800
+        ]);
+        assert_eq!((code.frame, code.dynamic), (20 + 800, None));
     }
 
     #[test]
