@@ -47,6 +47,13 @@ pub(super) fn decode(start: u64, bytes: &[u8], is_data: impl Fn(u64) -> bool) ->
             None => code.dynamic = code.dynamic.or(Some(at)),
         }
     }
+    // Armv6-M has no other branch that goes far within a function. A call of itself goes to its start.
+    let within = start + 1..start + bytes.len() as u64;
+    let inner: Vec<u64> = code.calls.range(within).copied().collect();
+    for to in inner {
+        code.calls.remove(&to);
+        code.jumps.insert(to);
+    }
     code
 }
 
@@ -236,6 +243,20 @@ mod tests {
             0xfce0, 0xffff, // -800
         ]);
         assert_eq!((code.frame, code.dynamic), (20 + 800, None));
+    }
+
+    /// As the compiler does it for a Cortex-M0, whose branches reach 2 KB.
+    #[test]
+    fn a_call_into_the_function_is_a_branch() {
+        let far = code(&[
+            0xb5f0, // push {r4, r5, r6, r7, lr}
+            0xf000, 0xf801, // bl to the other bl
+            0x46c0, // nop
+            0xf7ff, 0xfffa, // bl to the start
+            0xbdf0, // pop {r4, r5, r6, r7, pc}
+        ]);
+        assert_eq!(far.calls, BTreeSet::from([0x8000]));
+        assert_eq!(far.jumps, BTreeSet::from([0x8008]));
     }
 
     #[test]
