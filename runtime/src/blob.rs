@@ -14,7 +14,7 @@ mod peek;
 mod sections;
 
 pub use contract::{contract, contract_bytes};
-pub(crate) use contract::{lines, next_line, split_at_byte};
+pub(crate) use contract::{default_range, lines, next_line, split_at_byte};
 pub use decode::Blob;
 pub use encode::{EncodeError, encode, encode_signed, encoded_bound};
 pub use error::{DecodeError, SectionFault};

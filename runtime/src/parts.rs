@@ -44,6 +44,8 @@ named! {
         Cells "cells",
         /// The memory image.
         Memory "memory",
+        /// The ranges of inputs and outputs.
+        Ranges "ranges",
     }
 }
 

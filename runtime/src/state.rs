@@ -2,7 +2,7 @@
 
 use core::borrow::BorrowMut;
 
-use crate::blob::{ActionKind, Header, MemoryModel};
+use crate::blob::{ActionKind, MemoryModel};
 use crate::decision::{Action, Decision, ObservationError, Reset, Restore};
 use crate::exec::{self, Machine, Run, Vectors};
 #[cfg(feature = "front-end")]
@@ -201,7 +201,7 @@ fn take_action<'s, O: Observer>(
         (ActionKind::Continuous, program) => {
             let source = program.map_or(start, |p| usize::from(p.output));
             for k in 0..len {
-                take_output(header, words, k, source + k);
+                take_output(policy, words, k, source + k);
             }
         }
         (ActionKind::Each, _) => {
@@ -217,10 +217,11 @@ fn take_action<'s, O: Observer>(
 
 /// Clamps the word at `source` into output word `k`.
 #[inline(always)]
-fn take_output(header: &Header, words: &mut [f32], k: usize, source: usize) {
+fn take_output(policy: &Policy<'_>, words: &mut [f32], k: usize, source: usize) {
     let x = words.get(source).copied().unwrap_or(0.0);
-    if let Some(out) = words.get_mut(usize::from(header.window) + k) {
-        *out = math::clamp(x, header.action_low, header.action_high);
+    if let Some(out) = words.get_mut(usize::from(policy.header.window) + k) {
+        let range = policy.output_range(k);
+        *out = math::clamp(x, range.low, range.high);
     }
 }
 
@@ -255,7 +256,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
                     *highest = *bid;
                 }
             } else if *bid >= *highest && given.insert(output) {
-                take_output(header, words, k, usize::from(program.output));
+                take_output(policy, words, k, usize::from(program.output));
                 observer.give(member, output);
             }
         }

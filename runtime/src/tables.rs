@@ -355,6 +355,44 @@ impl Instruction {
     }
 }
 
+/// The range of an input or of an output.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Lowest value. Of an input without a range: −∞.
+    pub low: f32,
+    /// Highest value. Of an input without a range: +∞.
+    pub high: f32,
+}
+
+impl Range {
+    /// Bytes of one record.
+    pub const BYTES: usize = 8;
+    /// The range of an input that has none.
+    pub const ALL: Self = Range {
+        low: f32::NEG_INFINITY,
+        high: f32::INFINITY,
+    };
+
+    /// The record as stored.
+    #[must_use]
+    pub const fn to_bytes(self) -> [u8; Self::BYTES] {
+        let [l0, l1, l2, l3] = self.low.to_le_bytes();
+        let [h0, h1, h2, h3] = self.high.to_le_bytes();
+        [l0, l1, l2, l3, h0, h1, h2, h3]
+    }
+
+    /// Reads a stored record.
+    #[inline(always)]
+    #[must_use]
+    pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let [l0, l1, l2, l3, h0, h1, h2, h3] = *bytes;
+        Range {
+            low: f32::from_le_bytes([l0, l1, l2, l3]),
+            high: f32::from_le_bytes([h0, h1, h2, h3]),
+        }
+    }
+}
+
 /// Instructions as stored.
 pub(crate) type Code<'c> = &'c [[u8; Instruction::BYTES]];
 
@@ -384,6 +422,8 @@ pub struct Tables<'a> {
     pub task: &'a str,
     /// The observability wrappers of that task, joined by `+`.
     pub observability: &'a str,
+    /// Ranges of the inputs, then of the continuous outputs. Empty if inputs have none and all outputs that of the header.
+    pub ranges: &'a [[u8; Range::BYTES]],
 }
 
 impl<'a> Tables<'a> {

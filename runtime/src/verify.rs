@@ -5,13 +5,14 @@ mod error;
 mod header;
 mod labels;
 mod programs;
+mod ranges;
 mod teams;
 
-use crate::blob::{Blob, Header, Missing, RegisterMode};
+use crate::blob::{Blob, Header, Missing, RegisterMode, default_range};
 use crate::front_end::FrontEnd;
 use crate::parts::{Field, Table};
 use crate::registers::{Location, RegisterMap};
-use crate::tables::{Instruction, Program, Tables};
+use crate::tables::{Instruction, Program, Range, Tables};
 
 pub use error::VerifyError;
 pub use header::{MAX_OUTPUTS, MAX_WIDTH, MAX_WORDS};
@@ -20,6 +21,7 @@ use duplicates::check_duplicates;
 use header::{check_header, count, require};
 use labels::{check_labels, check_texts, labels};
 use programs::check_programs;
+use ranges::check_ranges;
 use teams::{check_members, check_memory};
 
 /// Upper bounds of the cost of one decision.
@@ -89,6 +91,7 @@ impl<'a> Policy<'a> {
             require(Field::MemoryImage, kept, count(tables.memory))?;
         }
         check_labels(&header, &tables)?;
+        check_ranges(&header, &tables)?;
         if header.has_missing_values() {
             check_texts(&tables)?;
             let (stored, computed) = (header.contract, blob.contract());
@@ -144,7 +147,7 @@ impl<'a> Policy<'a> {
     /// The hash of the contract that plant and policy must agree on, for every version of the format.
     #[must_use]
     pub fn contract(&self) -> u64 {
-        crate::blob::contract(&self.header, self.tables.labels)
+        crate::blob::contract(&self.header, self.tables.labels, self.tables.ranges)
     }
 
     /// Index of the first state word of the kept cells of indexed memory. The cells follow the teams' memory.
@@ -163,6 +166,43 @@ impl<'a> Policy<'a> {
         let inputs = usize::from(self.header.observation_len);
         labels(self.tables.labels).skip(inputs)
     }
+
+    /// The range of every element of the observation, in order: for information, nothing holds an observation to it.
+    pub fn input_ranges(&self) -> impl Iterator<Item = Range> + use<'a> {
+        let (header, ranges) = (self.header, self.tables.ranges);
+        (0..usize::from(header.observation_len)).map(move |k| range(&header, ranges, k))
+    }
+
+    /// The range of every continuous output, in order, to which it is clamped. Empty for a discrete policy.
+    pub fn output_ranges(&self) -> impl Iterator<Item = Range> + use<'a> {
+        let (header, ranges) = (self.header, self.tables.ranges);
+        let inputs = usize::from(header.observation_len);
+        (0..header.outputs()).map(move |k| range(&header, ranges, inputs + k))
+    }
+
+    /// The range of output `k`.
+    #[inline(always)]
+    pub(crate) fn output_range(&self, k: usize) -> Range {
+        let header = &self.header;
+        let record = match self.tables.ranges {
+            [] => None,
+            ranges => ranges.get(usize::from(header.observation_len) + k),
+        };
+        record.map_or(
+            Range {
+                low: header.action_low,
+                high: header.action_high,
+            },
+            Range::from_bytes,
+        )
+    }
+}
+
+/// The range of channel `k`.
+fn range(header: &Header, ranges: &[[u8; Range::BYTES]], k: usize) -> Range {
+    ranges
+        .get(k)
+        .map_or_else(|| default_range(header, k), Range::from_bytes)
 }
 
 /// Checks the front end. The header must say that there is one if and only if the section is not empty.

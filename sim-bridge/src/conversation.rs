@@ -32,7 +32,7 @@ impl<'p> Conversation<'p> {
     pub(crate) fn new(policy: Policy<'p>, file: &'p [u8]) -> Result<Self, BridgeError> {
         check_sizes(policy.header())?;
         let mut contract = Vec::new();
-        contract_bytes(policy.header(), policy.tables().labels, |part| {
+        contract_bytes(policy.header(), policy.tables(), |part| {
             contract.extend_from_slice(part);
         });
         Ok(Conversation {

@@ -4,6 +4,7 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use hdrhistogram::Histogram;
+use tpg_runtime::tables::Range;
 use tpg_runtime::{Action, Header, Policy, Reset};
 use tpg_tasks::eval::{Controller, Reply};
 
@@ -26,6 +27,8 @@ pub struct RemoteController {
     /// Of a controller that is a process.
     controller_pid: Option<u32>,
     header: Header,
+    /// Of each output.
+    ranges: Vec<Range>,
     request: ObservationMessage,
     reply: ActionMessage,
     /// In real time, answers to earlier requests are no error.
@@ -91,6 +94,7 @@ impl RemoteController {
             transport,
             controller_pid,
             header: *policy.header(),
+            ranges: policy.output_ranges().collect(),
             request: ObservationMessage::empty(),
             reply: ActionMessage::empty(),
             real_time: false,
@@ -132,6 +136,14 @@ impl RemoteController {
     /// What the policy's header says.
     pub(crate) const fn header(&self) -> &Header {
         &self.header
+    }
+
+    /// An action of zeros, or of what lies nearest to 0 in each output's range. Empty for a discrete policy.
+    pub(crate) fn rest(&self) -> Vec<f32> {
+        let ranges = self.ranges.iter();
+        ranges
+            .map(|range| 0.0f32.clamp(range.low, range.high))
+            .collect()
     }
 
     /// Drops answers to earlier requests from now on.
@@ -257,9 +269,9 @@ impl RemoteController {
         if reply.len != u32::from(header.actions) {
             return Err(invalid("length of an action", reply.len));
         }
-        let range = header.action_low..=header.action_high;
-        match values.iter().find(|v| !range.contains(v)) {
-            Some(stray) => Err(invalid("value of an action", stray)),
+        let within = |(value, range): &(&f32, &Range)| (range.low..=range.high).contains(value);
+        match values.iter().zip(&self.ranges).find(|pair| !within(pair)) {
+            Some((stray, _)) => Err(invalid("value of an action", stray)),
             None => Ok(Action::Continuous(values)),
         }
     }

@@ -63,12 +63,12 @@ impl Paced {
         if header.control_period_us == 0 {
             return Err(BridgeError::NoPeriod);
         }
-        let zero = 0.0f32.clamp(header.action_low, header.action_high);
+        let safe_values = remote.rest();
         Ok(Paced {
             remote,
             period: Duration::from_micros(header.control_period_us.into()),
             max_misses,
-            safe_values: vec![zero; header.outputs()],
+            safe_values,
             previous: None,
             has_action: false,
             misses_in_row: 0,

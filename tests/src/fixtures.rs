@@ -37,6 +37,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
         labels: channels
             .map(|c| format!("{}\t{}\n", c.name, c.unit))
             .collect(),
+        ranges: Vec::new(),
         shape,
         control_period_us: spec.period_us,
         register_mode: mode,

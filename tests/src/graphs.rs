@@ -53,6 +53,7 @@ fn graph(number: u64) -> Vec<u8> {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     let stateful = number % 2 == 1;
     if stateful || memory != MemoryModel::None {

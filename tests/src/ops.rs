@@ -90,6 +90,7 @@ impl Vector {
             cells: Vec::new(),
             image: Vec::new(),
             front_end: Vec::new(),
+            ranges: Vec::new(),
         })
     }
 

@@ -176,6 +176,7 @@ fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u
         cells: Vec::new(),
         image: Vec::new(),
         front_end,
+        ranges: Vec::new(),
     };
     for number in 0..programs {
         let registers = [

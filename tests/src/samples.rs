@@ -3,7 +3,7 @@
 use tpg_runtime::blob::{ActionKind, InitialValues, MemoryModel, RegisterMode};
 use tpg_runtime::front_end::Fallback;
 use tpg_runtime::isa::{Destination, Group, Op, Operand};
-use tpg_runtime::tables::{Instruction, Section, Target, TeamId};
+use tpg_runtime::tables::{Instruction, Range, Section, Target, TeamId};
 
 use crate::draft::{Draft, DraftProgram, DraftTeam, header, instruction, make_stateful};
 use crate::front_end::front_end;
@@ -21,7 +21,8 @@ pub fn all() -> Vec<(&'static str, Draft)> {
     ]
 }
 
-/// Samples of large robots, which files of version 3 alone can hold: name and policy. 256 is the most outputs that there are.
+/// Samples that files of version 3 alone can hold, of large robots and with ranges: name and policy. 256 is the most outputs
+/// that there are.
 #[must_use]
 pub fn large() -> Vec<(&'static str, Draft)> {
     vec![
@@ -29,6 +30,8 @@ pub fn large() -> Vec<(&'static str, Draft)> {
         ("outputs-256", outputs(256, [2, 8, 0], 0)),
         ("each-78", each_of(78)),
         ("long-observation", long_observation()),
+        ("ranges", ranged(reactive())),
+        ("each-ranges", ranged(each_of(2))),
     ]
 }
 
@@ -191,6 +194,25 @@ fn each_of(outputs: u16) -> Draft {
     draft
 }
 
+/// The policy with ranges: of its inputs, and of outputs between -1 and 1.
+fn ranged(mut draft: Draft) -> Draft {
+    const SIDES: [[f32; 2]; 4] = [
+        [f32::NEG_INFINITY, f32::INFINITY],
+        [0.0, f32::INFINITY],
+        [-2.5, 3.0],
+        [f32::NEG_INFINITY, 7.0],
+    ];
+    let inputs = usize::from(draft.header.observation_len);
+    let outputs = [[-1.0, 0.25], [-0.125, 1.0], [0.5, 0.5]];
+    let sides = SIDES.into_iter().cycle().take(inputs).chain(outputs);
+    let channels = inputs + draft.header.outputs();
+    draft.ranges = sides
+        .take(channels)
+        .map(|[low, high]| Range { low, high })
+        .collect();
+    draft
+}
+
 /// Stateless, with 105 inputs, of which vectors see 32 at a time, the last ones too.
 fn long_observation() -> Draft {
     let mut draft = blank(32, 105, &[Group::Vector]);
@@ -242,6 +264,7 @@ fn blank(width: u16, observation_len: u16, groups: &[Group]) -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     }
 }
 

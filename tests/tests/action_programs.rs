@@ -34,6 +34,7 @@ fn draft(programs: &[(u16, f32, f32)]) -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     for (number, (output, bid, value)) in programs.iter().enumerate() {
         let mut program = DraftProgram::bidding(*bid, Target::Atomic(*output));

@@ -66,6 +66,7 @@ fn draft(memory: MemoryModel, distribution: WriteDistribution) -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     make_stateful(&mut draft.header, memory);
     draft.header.write_distribution = distribution;

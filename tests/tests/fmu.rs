@@ -85,6 +85,43 @@ fn fmpy_finds_units_valid_and_gets_the_bits_of_eval() {
     assert_eq!(said.matches("decisions agree").count(), policies().len());
 }
 
+/// The bounds of variables are in the description, and what they are before they are set lies within.
+#[test]
+fn a_unit_says_the_ranges_of_its_variables() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let unit = folder.path().join("ranges.fmu");
+    tpg_ok(&[
+        "export",
+        text(&golden::path("v3/each-ranges.tpg")),
+        "--fmu",
+        text(&unit),
+    ]);
+    let script = "import sys, fmpy, fmpy.validation as v\n\
+        print(v.validate_fmu(sys.argv[1]))\n\
+        for x in fmpy.read_model_description(sys.argv[1]).modelVariables: print(x.causality, x.min, x.max, x.start)";
+    let mut read = Command::new(python);
+    let output = read
+        .args(["-c", script, text(&unit)])
+        .output()
+        .expect("Python runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let lines: Vec<&str> = said.lines().collect();
+    let wanted = [
+        "[]",
+        "independent None None None",
+        "input None None 0",
+        "input 0 None 0",
+        "input -2.5 3 0",
+        "input None 7 0",
+        "input None None 0",
+        "output -1 0.25 0",
+        "output -0.125 1 0",
+        "parameter None None 0",
+    ];
+    assert_eq!(lines, wanted, "{}", stderr(&output));
+}
+
 /// What the sources of a unit hold compiles elsewhere, without a warning.
 #[test]
 fn sources_of_a_unit_compile_without_a_warning() {

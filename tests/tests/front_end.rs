@@ -25,6 +25,7 @@ fn echo(fallback: Fallback, degree: u8, columns: &[u16], numbers: &[f32]) -> Dra
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     draft.header.action_kind = ActionKind::Continuous;
     draft.header.actions = 1;

@@ -204,6 +204,7 @@ fn rule() -> Vec<u8> {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     let angle = 2;
     let bid = draft.scalar(1, 0);

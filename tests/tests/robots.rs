@@ -419,3 +419,34 @@ fn a_champion_cut_to_its_most_used_program_is_a_policy_of_its_own() {
         }
     }
 }
+
+#[test]
+fn ranges_of_a_description_reach_whoever_uses_the_policy() {
+    let description = "observation = [{ source = \"qpos:j\", name = \"j\", unit = \"rad\", range = [-0.5, inf] },\n\
+        { source = \"qvel:j\", name = \"v\", unit = \"rad/s\" }]\n\
+        actuator = [{ name = \"j\", actuator = \"#0\" }]\nreward = [{ kind = \"alive\", weight = 1.0 }]\n";
+    let (folder, path) = task(PENDULUM, description);
+    let champion = trained("sr-sm", &path, &folder.path().join("run"), &FEW);
+    let bytes = fs::read(&champion).expect("a champion");
+    let policy = Policy::load(&bytes).expect("a policy");
+    let ranges: Vec<_> = policy.input_ranges().map(|r| (r.low, r.high)).collect();
+    assert_eq!(
+        ranges,
+        [(-0.5, f32::INFINITY), (f32::NEG_INFINITY, f32::INFINITY)]
+    );
+    let c = folder.path().join("policy.c");
+    tpg_ok(&["export", text(&champion), "--c", text(&c)]);
+    let header = fs::read_to_string(c.with_extension("h")).expect("a header");
+    assert!(header.contains("0: j [rad], -0.5 or more\n"), "{header}");
+    assert!(header.contains("1: v [rad/s]\n"), "{header}");
+    for (range, says) in [("[1.0, -1.0]", "lower one"), ("[nan, 1.0]", "lower one")] {
+        let wrong = description.replace("[-0.5, inf]", range);
+        fs::write(&path, format!("{HEAD}{wrong}")).expect("written");
+        let (status, message) = train("sr-sm", &path, &folder.path().join("no"), &FEW);
+        assert_eq!(status, Some(2), "{message}");
+        assert!(
+            message.contains("observation.range") && message.contains(says),
+            "{message}"
+        );
+    }
+}

@@ -32,6 +32,7 @@ fn graph(teams: &[&[u16]], programs: &[(f32, Target)]) -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     }
 }
 

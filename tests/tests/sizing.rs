@@ -53,7 +53,7 @@ fn a_module_has_the_numbers_and_names_of_its_policy() {
             assert_eq!(outputs.to_vec(), policy.outputs().collect::<Vec<_>>(), $file);
             assert_eq!(known::CONTRACT, policy.contract(), $file);
             let mut contract = Vec::new();
-            contract_bytes(header, policy.tables().labels, |part| contract.extend(part));
+            contract_bytes(header, policy.tables(), |part| contract.extend(part));
             assert_eq!(known::CONTRACT, fnv1a_64(START_64, &contract), $file);
         })*};
     }

@@ -273,8 +273,9 @@ fn the_contract_is_read_in_parts() {
     let mut board = Board::start(&SimFlash::new(FLASH));
     let mut expected: Vec<u8> = Vec::new();
     let policy = Policy::load(BUILT_IN).expect("valid");
-    let labels = policy.tables().labels;
-    contract_bytes(policy.header(), labels, |part| expected.extend(part));
+    contract_bytes(policy.header(), policy.tables(), |part| {
+        expected.extend(part)
+    });
     let mut read = Vec::new();
     loop {
         let at = read.len() as u32;

@@ -79,6 +79,7 @@ fn shared_program() -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     let [s0, s1] = [0, 1].map(|i| draft.scalar(2, i));
     // Every slot is read, so that all are kept and any write is made.

@@ -130,6 +130,7 @@ mod tests {
             task: "none-v0".into(),
             observability: "none".into(),
             labels: "x\t1\n".repeat(labels),
+            ranges: Vec::new(),
             shape,
             control_period_us: 8000,
             register_mode: case.mode,

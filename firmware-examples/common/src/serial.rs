@@ -1,6 +1,6 @@
 //! The board's side of a serial line. Requests arrive one byte at a time. Answers leave as whole frames.
 
-use tpg_runtime::blob::{Blob, contract, contract_bytes};
+use tpg_runtime::blob::{Blob, contract_bytes};
 use tpg_runtime::wire::{
     self, Answer, Answers, Frame, Identity, OVERHEAD, Receiver, Refusal, Request, Signed,
     SlotState, Stored,
@@ -226,7 +226,7 @@ impl<F: Flash> Session<F> {
                 let highest = slots.release();
                 slots.commit(|file, policy| {
                     accept(rules, agent, file, policy)?;
-                    if contract(policy.header(), policy.tables().labels) != announced {
+                    if policy.contract() != announced {
                         return Err((Refusal::Announced, file.len() as u32));
                     }
                     check_release(rules, highest, built_in, policy.header().release)
@@ -322,7 +322,7 @@ fn check_release(rules: &Rules, stored: u32, built_in: &[u8], new: u32) -> Resul
 fn excerpt<'b>(file: &[u8], at: u32, buffer: &'b mut [u8]) -> (u32, &'b [u8]) {
     let (mut total, mut len) = (0_u32, 0);
     if let Ok(blob) = Blob::decode(file) {
-        contract_bytes(blob.header(), blob.tables().labels, |part| {
+        contract_bytes(blob.header(), blob.tables(), |part| {
             for byte in part {
                 let place = total.checked_sub(at).map(|place| place as usize);
                 if let Some(place) = place.and_then(|place| buffer.get_mut(place)) {

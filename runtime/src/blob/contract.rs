@@ -2,32 +2,40 @@
 
 use super::{ActionKind, Header};
 use crate::hash::{START_64, fnv1a_64};
+use crate::tables::{Range, Tables};
 
-/// The hash of a policy's contract, from its header and its labels.
+/// The hash of a policy's contract, from its header, its labels and its ranges as stored.
 ///
 /// Two policies with equal contracts can take each other's place on one robot. It works for every version of the format,
 /// also in constant expressions ([`contract_of`](super::contract_of) reads a whole file).
 /// The hash guards against mistakes, not against attackers.
 #[must_use]
-pub const fn contract(header: &Header, labels: &str) -> u64 {
+pub const fn contract(header: &Header, labels: &str, ranges: &[[u8; Range::BYTES]]) -> u64 {
     let mut hash = fnv1a_64(START_64, &head(header));
-    let (mut k, mut text) = (0, labels.as_bytes());
+    let (mut k, mut text, mut ranges) = (0, labels.as_bytes(), ranges);
     while k < channels(header) && !text.is_empty() {
         let (line, rest) = next_line(text);
         hash = fnv1a_64(fnv1a_64(hash, line), b"\n");
-        hash = fnv1a_64(hash, &range(header, k));
+        let range = if let [range, others @ ..] = ranges {
+            ranges = others;
+            *range
+        } else {
+            default_range(header, k).to_bytes()
+        };
+        hash = fnv1a_64(hash, &range);
         (k, text) = (k + 1, rest);
     }
     hash
 }
 
 /// Passes the contract's bytes to `put`, part by part.
-pub fn contract_bytes(header: &Header, labels: &str, mut put: impl FnMut(&[u8])) {
+pub fn contract_bytes(header: &Header, tables: &Tables<'_>, mut put: impl FnMut(&[u8])) {
     put(&head(header));
-    for (k, line) in lines(labels).take(channels(header)).enumerate() {
+    for (k, line) in lines(tables.labels).take(channels(header)).enumerate() {
         put(line.as_bytes());
         put(b"\n");
-        put(&range(header, k));
+        let range = tables.ranges.get(k).copied();
+        put(&range.unwrap_or_else(|| default_range(header, k).to_bytes()));
     }
 }
 
@@ -60,16 +68,16 @@ const fn head(header: &Header) -> [u8; 14] {
     ]
 }
 
-/// The bytes of the range of channel `k`.
-const fn range(header: &Header, k: usize) -> [u8; 8] {
-    let (low, high) = if k < header.observation_len as usize {
-        (f32::NEG_INFINITY, f32::INFINITY)
+/// The range of channel `k` in a file without a section of ranges.
+pub(crate) const fn default_range(header: &Header, k: usize) -> Range {
+    if k < header.observation_len as usize {
+        Range::ALL
     } else {
-        (header.action_low, header.action_high)
-    };
-    let [l0, l1, l2, l3] = positive_zero(low).to_le_bytes();
-    let [h0, h1, h2, h3] = positive_zero(high).to_le_bytes();
-    [l0, l1, l2, l3, h0, h1, h2, h3]
+        Range {
+            low: positive_zero(header.action_low),
+            high: positive_zero(header.action_high),
+        }
+    }
 }
 
 /// The number, +0 for −0.

@@ -91,12 +91,12 @@ impl<'a> Blob<'a> {
         self.signature
     }
 
-    /// The hash of the file's contract, computed from header and labels. It works for every version.
+    /// The hash of the file's contract, computed from header, labels and ranges. It works for every version.
     ///
     /// [`Policy::verify`](crate::Policy::verify) compares it with the stored one.
     #[must_use]
     pub fn contract(&self) -> u64 {
-        contract(&self.header, self.tables.labels)
+        contract(&self.header, self.tables.labels, self.tables.ranges)
     }
 
     /// The header.

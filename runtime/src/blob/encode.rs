@@ -47,7 +47,7 @@ impl core::error::Error for EncodeError {}
 fn sections<'s>(
     tables: &Tables<'s>,
     signature: Option<&'s [u8; SIGNATURE_SECTION_BYTES]>,
-) -> [(u16, &'s [u8], &'static [u8]); 12] {
+) -> [(u16, &'s [u8], &'static [u8]); 13] {
     // Readers of older versions take a last line without its line feed.
     let line_end: &[u8] = match tables.labels.as_bytes() {
         [] | [.., b'\n'] => b"",
@@ -65,6 +65,7 @@ fn sections<'s>(
         (kind::LABELS, tables.labels.as_bytes(), line_end),
         (kind::TASK, tables.task.as_bytes(), b""),
         (kind::OBSERVABILITY, tables.observability.as_bytes(), b""),
+        (kind::RANGES, tables.ranges.as_flattened(), b""),
         (kind::SIGNATURE, signature.map_or(&[], |s| s), b""),
     ]
 }
@@ -150,7 +151,7 @@ fn write(
         action_high: positive_zero(header.action_high),
         ..*header
     };
-    header.contract = contract(&header, tables.labels);
+    header.contract = contract(&header, tables.labels, tables.ranges);
     let mut at = 0;
     let mut put = |bytes: &[u8]| {
         if let Some(place) = covered.get_mut(at..at + bytes.len()) {

@@ -41,5 +41,6 @@ pub(super) fn read(body: &[u8]) -> Result<Tables<'_>, DecodeError> {
         labels: body.labels,
         task: body.task,
         observability: body.observability,
+        ranges: &[],
     })
 }

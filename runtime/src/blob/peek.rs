@@ -1,8 +1,9 @@
-//! What constant expressions read of a blob beyond its header: the labels, and so the contract.
+//! What constant expressions read of a blob beyond its header: labels and ranges, and so the contract.
 
 use super::header::bytes_at;
 use super::sections::{ENTRY_BYTES, kind};
 use super::{Header, VERSION, contract};
+use crate::tables::Range;
 
 /// The labels of a blob of any version that this build reads: a line with name and unit for each input and output.
 ///
@@ -20,7 +21,7 @@ pub const fn labels_of(bytes: &[u8]) -> Option<&str> {
     let labels = if header.version < VERSION {
         labels_of_old(body)
     } else {
-        labels_of_sections(body, header.sections)
+        section_of(body, header.sections, kind::LABELS)
     };
     let Some(labels) = labels else {
         return None;
@@ -31,7 +32,7 @@ pub const fn labels_of(bytes: &[u8]) -> Option<&str> {
     }
 }
 
-/// The hash of the contract of a blob of any version that this build reads, computed from header and labels.
+/// The hash of the contract of a blob of any version that this build reads, computed from header, labels and ranges.
 ///
 /// It works in constant expressions, with the limits of [`labels_of`].
 ///
@@ -47,13 +48,25 @@ pub const fn labels_of(bytes: &[u8]) -> Option<&str> {
 #[must_use]
 pub const fn contract_of(bytes: &[u8]) -> Option<u64> {
     match (Header::peek(bytes), labels_of(bytes)) {
-        (Some(header), Some(labels)) => Some(contract(&header, labels)),
+        (Some(header), Some(labels)) => Some(contract(&header, labels, ranges_of(&header, bytes))),
         _ => None,
     }
 }
 
-/// The labels in a body of version 3, found by its directory.
-const fn labels_of_sections(body: &[u8], sections: u16) -> Option<&[u8]> {
+/// The ranges of a blob, empty if it has none.
+const fn ranges_of<'a>(header: &Header, bytes: &'a [u8]) -> &'a [[u8; Range::BYTES]] {
+    if header.version == VERSION
+        && let Some((_, body)) = bytes.split_at_checked(header.stored_bytes())
+        && let Some(section) = section_of(body, header.sections, kind::RANGES)
+    {
+        section.as_chunks().0
+    } else {
+        &[]
+    }
+}
+
+/// The section of this type in a body of version 3, found by its directory.
+const fn section_of(body: &[u8], sections: u16, kind: u16) -> Option<&[u8]> {
     let Some((mut entries, mut rest)) = body.split_at_checked(ENTRY_BYTES * sections as usize)
     else {
         return None;
@@ -66,7 +79,7 @@ const fn labels_of_sections(body: &[u8], sections: u16) -> Option<&[u8]> {
         let Some((section, _)) = rest.split_at_checked(len) else {
             return None;
         };
-        if number == kind::LABELS {
+        if number == kind {
             return Some(section);
         }
         let Some((_, behind)) = rest.split_at_checked(len.next_multiple_of(4)) else {

@@ -22,6 +22,7 @@ pub(super) mod kind {
     pub const LABELS: u16 = 9;
     pub const TASK: u16 = 10;
     pub const OBSERVABILITY: u16 = 11;
+    pub const RANGES: u16 = 12;
     pub const SIGNATURE: u16 = 65_535;
 }
 
@@ -117,6 +118,7 @@ pub(super) fn read(body: &[u8], sections: u16) -> Result<(Tables<'_>, bool), Dec
             kind::LABELS => tables.labels = text()?,
             kind::TASK => tables.task = text()?,
             kind::OBSERVABILITY => tables.observability = text()?,
+            kind::RANGES => tables.ranges = records(section, Table::Ranges)?,
             kind::SIGNATURE if len != SIGNATURE_SECTION_BYTES => {
                 return Err(refused(SectionFault::Form));
             }

@@ -100,13 +100,16 @@ pub enum VerifyError {
     },
     /// The labels do not have exactly one line with name and unit for each input and each output, or a name is empty.
     Labels,
+    /// The ranges are not one for each input and output, the header's range is not what those of the outputs span, or they
+    /// say what holds without them.
+    Ranges,
     /// The name of the task or of its wrappers is empty or longer than 255 bytes.
     Texts,
-    /// The hash of the contract is not that of header and labels.
+    /// The hash of the contract is not that of header, labels and ranges.
     Contract {
         /// Hash in the file.
         stored: u64,
-        /// Hash computed from header and labels.
+        /// Hash computed from header, labels and ranges.
         computed: u64,
     },
     /// The front-end section is malformed, or its presence does not agree with the format version.
@@ -177,13 +180,17 @@ impl fmt::Display for VerifyError {
                 f,
                 "labels are not one `name<TAB>unit` line for each input and output"
             ),
+            Self::Ranges => write!(
+                f,
+                "ranges are not one for each input and output, do not span the header's, or are needless"
+            ),
             Self::Texts => write!(
                 f,
                 "the name of the task or of its wrappers is empty or longer than 255 bytes"
             ),
             Self::Contract { stored, computed } => write!(
                 f,
-                "contract {stored:016x} stored, {computed:016x} computed from header and labels"
+                "contract {stored:016x} stored, {computed:016x} computed from header, labels and ranges"
             ),
             Self::FrontEndMalformed => write!(f, "front-end section is malformed"),
         }

@@ -30,7 +30,7 @@ pub(super) struct Contract {
 /// The bytes of a policy's contract.
 pub(super) fn bytes_of(policy: &Policy<'_>) -> Vec<u8> {
     let mut bytes = Vec::new();
-    contract_bytes(policy.header(), policy.tables().labels, |part| {
+    contract_bytes(policy.header(), policy.tables(), |part| {
         bytes.extend_from_slice(part);
     });
     bytes

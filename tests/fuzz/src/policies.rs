@@ -98,7 +98,7 @@ pub fn policy(data: &[u8]) {
         );
         assert!(one.instructions <= policy.bounds().instructions);
         assert!(one.teams <= policy.bounds().teams);
-        check_action(one.action, policy.header());
+        check_action(one.action, &policy);
     }
 }
 
@@ -109,16 +109,15 @@ fn bits(action: Action<'_>) -> Vec<u32> {
     }
 }
 
-fn check_action(action: Action<'_>, header: &Header) {
+fn check_action(action: Action<'_>, policy: &Policy<'_>) {
+    let header = policy.header();
     match action {
         Action::Discrete(number) => assert!(number < header.actions),
         Action::Continuous(values) => {
             assert_eq!(values.len(), usize::from(header.actions));
-            let range = header.action_low..=header.action_high;
-            assert!(
-                values.iter().all(|value| range.contains(value)),
-                "{values:?}"
-            );
+            for (value, range) in values.iter().zip(policy.output_ranges()) {
+                assert!((range.low..=range.high).contains(value), "{values:?}");
+            }
         }
     }
 }

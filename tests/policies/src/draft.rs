@@ -4,7 +4,7 @@ use tpg_runtime::blob::{
     self, ActionKind, InitialValues, MemoryModel, RegisterMode, ResetScope, encoded_bound,
 };
 use tpg_runtime::isa::{Group, Op};
-use tpg_runtime::tables::{Instruction, Program, Section, Tables, Target, Team};
+use tpg_runtime::tables::{Instruction, Program, Range, Section, Tables, Target, Team};
 use tpg_runtime::{Agent, AnyWidth, Header, State};
 
 /// An agent with room for every policy that the tests make.
@@ -25,6 +25,8 @@ pub struct Draft {
     pub image: Vec<f32>,
     /// Section of the front end, as the file holds it; empty without one.
     pub front_end: Vec<u8>,
+    /// Ranges of inputs and outputs; empty if the file says none.
+    pub ranges: Vec<Range>,
 }
 
 /// A team before its layout.
@@ -207,6 +209,7 @@ impl Draft {
         let cells: Vec<[u8; 2]> = self.cells.iter().map(|c| c.to_le_bytes()).collect();
         let memory: Vec<[u8; 4]> = self.image.iter().map(|x| x.to_le_bytes()).collect();
         let labels = "x\tm\n".repeat(usize::from(header.observation_len) + header.outputs());
+        let ranges: Vec<_> = self.ranges.iter().map(|range| range.to_bytes()).collect();
         let mut tables = Tables::default();
         tables.teams = &teams;
         tables.members = &members;
@@ -217,6 +220,7 @@ impl Draft {
         tables.memory = &memory;
         tables.front_end = &self.front_end;
         tables.labels = &labels;
+        tables.ranges = &ranges;
         tables.task = "test-v1";
         tables.observability = "none";
         let mut bytes = vec![0; encoded_bound(&tables)];

@@ -139,6 +139,7 @@ fn blank(width: u16, observation_len: u16) -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     };
     make_stateful(&mut draft.header, MemoryModel::None);
     draft

@@ -204,6 +204,7 @@ fn blank(header: Header) -> Draft {
         cells: Vec::new(),
         image: Vec::new(),
         front_end: Vec::new(),
+        ranges: Vec::new(),
     }
 }
 

@@ -7,6 +7,7 @@ use numpy::{IntoPyArray as _, PyArray1, PyArrayMethods as _};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use tpg_runtime::tables::Range;
 use tpg_runtime::{Action, Capacities, HostAgent, Reset};
 use tpg_tasks::score::header_actions;
 use tpg_tasks::task::{ActionSpace, Spec};
@@ -124,6 +125,16 @@ impl Policy {
         }
         if own != spec.actions {
             return misfit(format!("chooses {own}"), format!("takes {}", spec.actions));
+        }
+        let ranges = self.agent.policy().output_ranges().enumerate();
+        for ((k, own), output) in ranges.zip(&spec.outputs) {
+            if let Some(range) = output.range.filter(|range| *range != own) {
+                let from = |range: Range| format!("from {} to {}", range.low, range.high);
+                return misfit(
+                    format!("chooses value {k} {}", from(own)),
+                    format!("takes it {}", from(range)),
+                );
+            }
         }
         Ok(())
     }
@@ -299,15 +310,22 @@ impl Policy {
         self.observation_len
     }
 
-    /// Number of actions, or of values of an action; whether they are indices; the bounds of values.
+    /// Number of actions, or of values of an action; the bounds of each value, none for indices.
     #[getter]
-    fn _actions(&self) -> (usize, bool, f32, f32) {
-        let header = self.agent.policy().header();
-        let (low, high) = (header.action_low, header.action_high);
+    fn _actions(&self) -> (usize, Vec<(f32, f32)>) {
+        let ranges = self.agent.policy().output_ranges();
+        let bounds = ranges.map(|range| (range.low, range.high)).collect();
         match self.kind {
-            Kind::Discrete(count) => (count, true, low, high),
-            Kind::Continuous(len) => (len, false, low, high),
+            Kind::Discrete(count) => (count, bounds),
+            Kind::Continuous(len) => (len, bounds),
         }
+    }
+
+    /// The range of each input.
+    #[getter]
+    fn _input_bounds(&self) -> Vec<(f32, f32)> {
+        let ranges = self.agent.policy().input_ranges();
+        ranges.map(|range| (range.low, range.high)).collect()
     }
 
     /// Name and unit of each input, then of each continuous output.

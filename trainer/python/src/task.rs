@@ -2,28 +2,38 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use tpg_runtime::tables::Range;
 use tpg_tasks::task::{ActionSpace, Channel, Spec};
 
-/// An environment as `tpg/spaces.py` describes it: name, inputs, whether actions are indices, how many actions or values of an
-/// action, the bounds of values, most steps of an episode, seconds between two decisions.
-pub(crate) type Described = (String, usize, bool, usize, f32, f32, u32, f64);
+/// Lowest and highest of a value.
+type Bounds = (f32, f32);
+
+/// An environment as `tpg/spaces.py` describes it: name, bounds of each input, number of actions if they are indices (else 0),
+/// bounds of each value of an action, most steps of an episode, seconds between two decisions.
+pub(crate) type Described = (String, Vec<Bounds>, usize, Vec<Bounds>, u32, f64);
 
 /// What a task is to evolution, from what Python knows of an environment.
 ///
 /// # Errors
 /// `ValueError` says which part is out of its bounds.
 pub(crate) fn spec(task: Described) -> PyResult<Spec> {
-    let (name, inputs, discrete, actions, low, high, max_steps, period) = task;
+    let (name, inputs, indices, values, max_steps, period) = task;
     if max_steps == 0 {
         return Err(PyValueError::new_err("max_steps must be at least 1"));
     }
     let wrong = |what: String| Err(PyValueError::new_err(what));
     let most = usize::from(u16::MAX);
-    if inputs == 0 || inputs > most {
+    if inputs.is_empty() || inputs.len() > most {
         return wrong(format!(
-            "{name} has {inputs} inputs, but a policy has 1 to {most}"
+            "{name} has {} inputs, but a policy has 1 to {most}",
+            inputs.len()
         ));
     }
+    let actions = if values.is_empty() {
+        indices
+    } else {
+        values.len()
+    };
     let count = match u16::try_from(actions) {
         Ok(count) if count > 0 => count,
         _ => {
@@ -43,28 +53,39 @@ pub(crate) fn spec(task: Described) -> PyResult<Spec> {
             "the period of {name} is {period} s, but must be at least 1e-6 s"
         ));
     }
-    let channels = |stem: &str, count: usize, unit: &str| {
-        let channel = |k| Channel {
-            name: format!("{stem}_{k}"),
-            unit: unit.into(),
-            velocity: false,
-        };
-        (0..count).map(channel).collect()
+    let channel = |name: String, unit: &str, range| Channel {
+        name,
+        unit: unit.into(),
+        velocity: false,
+        range,
     };
-    let (outputs, actions) = match discrete {
-        true => (channels("action", 1, "index"), ActionSpace::Discrete(count)),
-        false => {
-            let space = ActionSpace::Continuous {
-                len: count,
-                low,
-                high,
-            };
-            (channels("action", actions, "1"), space)
-        }
+    let channels = |stem: &str, bounds: &[Bounds]| -> Vec<Channel> {
+        let bounds = bounds.iter().enumerate();
+        let channels = bounds.map(|(k, &(low, high))| {
+            channel(format!("{stem}_{k}"), "1", Some(Range { low, high }))
+        });
+        channels.collect()
+    };
+    let (outputs, actions) = if values.is_empty() {
+        let index = channel("action_0".into(), "index", None);
+        (vec![index], ActionSpace::Discrete(count))
+    } else {
+        let space = ActionSpace::Continuous {
+            len: count,
+            low: values
+                .iter()
+                .map(|(low, _)| *low)
+                .fold(f32::INFINITY, f32::min),
+            high: values
+                .iter()
+                .map(|(_, high)| *high)
+                .fold(f32::NEG_INFINITY, f32::max),
+        };
+        (channels("action", &values), space)
     };
     Ok(Spec {
         name,
-        inputs: channels("observation", inputs, "1"),
+        inputs: channels("observation", &inputs),
         outputs,
         actions,
         max_steps,

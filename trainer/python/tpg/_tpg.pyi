@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-_Described = tuple[str, int, bool, int, float, float, int, float]
+_Bounds = tuple[float, float]
+_Described = tuple[str, list[_Bounds], int, list[_Bounds], int, float]
 
 __version__: str
 
@@ -112,7 +113,8 @@ class Policy:
     def bounds(self) -> dict[str, int]:
         """The most `instructions` of a decision, and the numbers of `teams`, `programs` and `state_bytes`."""
 
-    _actions: tuple[int, bool, float, float]
+    _actions: tuple[int, list[_Bounds]]
+    _input_bounds: list[_Bounds]
     _channels: list[tuple[str, str]]
     def _copy_state_of(self, other: Policy) -> None: ...
     def _export_c(self, name: str) -> tuple[str, str]: ...

@@ -62,7 +62,7 @@ class Evolution(_tpg.Evolution):
     Args:
         preset: such as `"sr-sm"`; `tpg.preset_names()` lists all. The task of a preset that names one is not used.
         observation_space: of the environment; flattened, so that each number is an input of the policies.
-        action_space: `Discrete`, or a Box whose values all have the same bounds.
+        action_space: `Discrete`, or a Box with finite bounds.
         seed: fixes the run.
         settings: keys of the configuration with values, such as `{"evolution.population": 100}`.
         config: path of a TOML file of settings.

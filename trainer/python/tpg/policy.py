@@ -34,16 +34,21 @@ class Policy(_tpg.Policy):
 
     @property
     def observation_space(self) -> gymnasium.spaces.Box:
-        """The observations: a Box of shape `(observation_len,)`, float32, without bounds."""
-        return gymnasium.spaces.Box(-np.inf, np.inf, (self.observation_len,), np.float32)
+        """The observations: a Box of shape `(observation_len,)`, float32, with the ranges that the policy's file names.
+
+        A policy takes values outside of them, too.
+        """
+        low, high = np.array(self._input_bounds, np.float32).T
+        return gymnasium.spaces.Box(low, high, dtype=np.float32)
 
     @property
     def action_space(self) -> gymnasium.spaces.Discrete | gymnasium.spaces.Box:
         """The actions: `Discrete(n)`, or a Box of shape `(m,)`, float32, with the bounds of the policy's outputs."""
-        count, discrete, low, high = self._actions
-        if discrete:
+        count, bounds = self._actions
+        if not bounds:
             return gymnasium.spaces.Discrete(count)
-        return gymnasium.spaces.Box(low, high, (count,), np.float32)
+        low, high = np.array(bounds, np.float32).T
+        return gymnasium.spaces.Box(low, high, dtype=np.float32)
 
     @property
     def spaces(self) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Space]:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+#: Lowest and highest of a value.
+Bounds = tuple[float, float]
 #: Steps after which an episode ends, where neither environment nor caller say.
 MAX_STEPS = 10_000
 #: Seconds between two decisions, where neither environment nor caller say.
@@ -41,16 +43,16 @@ class Task:
             period or _period(env, inner),
         )
 
-    def described(self) -> tuple[str, int, bool, int, float, float, int, float]:
+    def described(self) -> tuple[str, list[Bounds], int, list[Bounds], int, float]:
         """The form in which the compiled part takes it.
 
         Raises:
             TypeError: a space cannot be flattened, or actions are neither Discrete nor a Box.
-            ValueError: the values of an action have different bounds, or none.
+            ValueError: a value of an action has no bounds.
         """
-        inputs = flat_length(self.observation_space, self.name)
-        discrete, count, low, high = _actions(self.action_space, self.name)
-        return self.name, inputs, discrete, count, low, high, self.max_steps, self.period
+        inputs = _observations(self.observation_space, self.name)
+        indices, values = _actions(self.action_space, self.name)
+        return self.name, inputs, indices, values, self.max_steps, self.period
 
 
 def _period(env: Any, inner: Any) -> float:
@@ -73,20 +75,34 @@ def flat_length(space: spaces.Space, name: str) -> int:
     return spaces.flatdim(space)
 
 
-def _actions(space: spaces.Space, name: str) -> tuple[bool, int, float, float]:
+def _observations(space: spaces.Space, name: str) -> list[Bounds]:
+    """The bounds of each number of a flat observation."""
+    flat_length(space, name)
+    flat = spaces.flatten_space(space)
+    return _bounds(flat)
+
+
+def _bounds(box: spaces.Box) -> list[Bounds]:
+    # Bounds of 64 bits that 32 bits do not hold become infinite, as the values do.
+    with np.errstate(over="ignore"):
+        low, high = (bound.reshape(-1).astype(np.float32).tolist() for bound in (box.low, box.high))
+    return list(zip(low, high, strict=True))
+
+
+def _actions(space: spaces.Space, name: str) -> tuple[int, list[Bounds]]:
+    """The number of indices, or the bounds of each value."""
     if isinstance(space, spaces.Discrete):
-        return True, int(space.n), 0.0, 0.0
+        return int(space.n), []
     if not isinstance(space, spaces.Box):
         raise TypeError(f"{name}: the action space {space} is neither Discrete nor a Box; wrap the environment")
     if not np.issubdtype(space.dtype, np.floating):
         raise TypeError(f"{name}: actions of {space.dtype} are not supported; wrap the environment")
-    low, high = np.unique(space.low), np.unique(space.high)
-    if len(low) != 1 or len(high) != 1 or not np.isfinite([low[0], high[0]]).all():
+    bounds = _bounds(space)
+    if not bounds or not np.isfinite(bounds).all():
         raise ValueError(
-            f"{name}: the values of an action must all have the same finite bounds, not {space}; wrap the environment in "
-            "gymnasium.wrappers.RescaleAction(env, -1, 1)"
+            f"{name}: an action must have values, all of them with finite bounds, not {_in_full(space)}; wrap the environment"
         )
-    return False, int(np.prod(space.shape)), float(low[0]), float(high[0])
+    return 0, bounds
 
 
 class Declared:

@@ -65,6 +65,7 @@ mod tests {
             name: name.into(),
             unit: "m".into(),
             velocity: false,
+            range: None,
         };
         let inputs = [channel("z"), channel("angle"), channel("speed")];
         let with = |columns: Columns| {

@@ -3,6 +3,7 @@
 use tpg_runtime::MAX_WIDTH;
 use tpg_runtime::blob::{InitialValues, MemoryModel};
 use tpg_runtime::isa::Op;
+use tpg_runtime::tables::Range;
 
 use super::error::ConfigError;
 use super::schema::{self, Config, Curriculum, PolicyConfig, Resets, SelectionParams};
@@ -110,6 +111,7 @@ impl Settings {
             task: spec.name.clone(),
             observability: stack,
             labels: labels(wrappers.inputs(), &spec.outputs, spec.actions),
+            ranges: ranges(wrappers.inputs(), &spec.outputs, spec.actions),
             shape: shape(policy, wrappers.inputs().len(), spec.actions)?,
             control_period_us: spec.period_us,
             register_mode: policy.register_mode,
@@ -247,4 +249,31 @@ fn labels(inputs: &[Channel], outputs: &[Channel], actions: ActionSpace) -> Stri
     channels
         .map(|c| format!("{}\t{}\n", c.name, c.unit))
         .collect()
+}
+
+/// The ranges of a policy's inputs and outputs as its file has them, none if the header says it all.
+fn ranges(
+    inputs: &[Channel],
+    outputs: &[Channel],
+    actions: ActionSpace,
+) -> Vec<[u8; Range::BYTES]> {
+    let (outputs, common) = match actions {
+        ActionSpace::Discrete(_) => (&[][..], Range::ALL),
+        ActionSpace::Continuous { low, high, .. } => (outputs, Range { low, high }),
+    };
+    let inputs = inputs.iter().map(|c| (c.range, Range::ALL));
+    let outputs = outputs.iter().map(|c| (c.range, common));
+    let channels = inputs.chain(outputs);
+    // The format has one zero; adding it makes +0 of -0.
+    let stored = |(range, default): (Option<Range>, Range)| {
+        let Range { low, high } = range.unwrap_or(default);
+        Range {
+            low: low + 0.0,
+            high: high + 0.0,
+        }
+    };
+    if channels.clone().all(|channel| stored(channel) == channel.1) {
+        return Vec::new();
+    }
+    channels.map(|channel| stored(channel).to_bytes()).collect()
 }

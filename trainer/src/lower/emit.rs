@@ -322,6 +322,7 @@ impl<'a> Emitter<'a> {
         tables.memory = &image;
         tables.front_end = &self.front_end;
         tables.labels = &self.policy_spec.labels;
+        tables.ranges = &self.policy_spec.ranges;
         tables.task = &self.policy_spec.task;
         tables.observability = &self.policy_spec.observability;
         let mut buffer = vec![0; blob::encoded_bound(&tables)];

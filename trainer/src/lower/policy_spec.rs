@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tpg_runtime::Header;
 use tpg_runtime::blob::{InitialValues, MemoryModel, RegisterMode, ResetScope, WriteDistribution};
 use tpg_runtime::isa::Operand;
-use tpg_runtime::tables::Target;
+use tpg_runtime::tables::{Range, Target};
 
 use super::error::{LowerError, limit, small};
 use super::liveness::{Graph, Kept};
@@ -22,6 +22,8 @@ pub struct PolicySpec {
     pub observability: String,
     /// A line `name<TAB>unit` for each input, then for each continuous output.
     pub labels: String,
+    /// The ranges of all inputs and continuous outputs as the file has them. Empty if there is nothing to say.
+    pub ranges: Vec<[u8; Range::BYTES]>,
     /// Sizes shared with evolution.
     pub shape: Shape,
     /// Time between two decisions, in microseconds.

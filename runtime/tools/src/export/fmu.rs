@@ -4,9 +4,9 @@ mod archive;
 mod description;
 
 use tpg_runtime::Policy;
-use tpg_runtime::blob::Header;
 use tpg_runtime::hash::{START_64, fnv1a_64};
 use tpg_runtime::math::clamp;
+use tpg_runtime::tables::Range;
 
 use super::c::{c, number_text};
 use description::{build_description, model_description};
@@ -27,7 +27,7 @@ impl Fmu {
     #[must_use]
     pub fn new(policy: &Policy<'_>, name: &str, command: &str) -> Self {
         let module = c(policy, name, command);
-        let head = start(policy.header(), name, &module.source);
+        let head = start(policy, name, &module.source);
         let wrapper = head + "\n" + include_str!("fmu/fmi3.c");
         let token = token(&[&module.header, &module.source, &wrapper]);
         let wrapper = wrapper.replace("@TOKEN@", &token);
@@ -72,12 +72,12 @@ impl Fmu {
 }
 
 /// What distinguishes the interface's source from that of other policies.
-fn start(header: &Header, name: &str, source: &str) -> String {
+fn start(policy: &Policy<'_>, name: &str, source: &str) -> String {
     let upper = name.to_uppercase();
-    let outputs = header.outputs();
+    let outputs = policy.header().outputs();
     let origin = source.split_inclusive("*/\n").next().unwrap_or_default();
     let (count, kind, first, call) = if outputs > 0 {
-        let first = number_text(first_output(header));
+        let first = first_values(policy.output_ranges());
         let call = format!("{name}_decide(self, inputs, outputs)");
         (format!("{upper}_OUTPUTS"), "float", first, call)
     } else {
@@ -91,7 +91,6 @@ fn start(header: &Header, name: &str, source: &str) -> String {
 #define INPUTS {upper}_INPUTS
 #define OUTPUTS {count}
 #define CONTINUOUS {}
-#define FIRST_ACTION {first}
 #define CONTROL_PERIOD_S ({upper}_CONTROL_PERIOD_US / 1e6)
 #define POLICY_AGENT {upper}_AGENT
 #define policy_init {name}_init
@@ -100,18 +99,28 @@ fn start(header: &Header, name: &str, source: &str) -> String {
 typedef {name} policy_state;
 typedef {kind} output;
 
+static const float first_inputs[INPUTS] = {{{}}};
+static const output first_outputs[OUTPUTS] = {{{first}}};
+
 static void decide(policy_state *self, const float inputs[INPUTS], output outputs[OUTPUTS])
 {{
     {call};
 }}
 ",
-        u8::from(outputs > 0)
+        u8::from(outputs > 0),
+        first_values(policy.input_ranges()),
     )
 }
 
-/// The value of continuous outputs before the first decision.
-fn first_output(header: &Header) -> f32 {
-    clamp(0.0, header.action_low, header.action_high)
+/// What inputs and outputs are before they are set, as the elements of an array.
+fn first_values(ranges: impl Iterator<Item = Range>) -> String {
+    let values = ranges.map(|range| number_text(nearest_to_zero(range)));
+    values.collect::<Vec<_>>().join(", ")
+}
+
+/// The number of a range that is nearest to 0.
+fn nearest_to_zero(range: Range) -> f32 {
+    clamp(0.0, range.low, range.high)
 }
 
 /// What a description and a library that belong together share.

@@ -52,6 +52,14 @@ pub(super) struct Function {
 }
 
 impl<'p> Plan<'p> {
+    /// Whether all outputs have the header's range.
+    pub(super) fn has_one_range(&self) -> bool {
+        let header = self.policy.header();
+        let (low, high) = (header.action_low, header.action_high);
+        let mut ranges = self.policy.output_ranges();
+        ranges.all(|range| range.low == low && range.high == high)
+    }
+
     pub(super) fn new(policy: &'p Policy<'p>) -> Self {
         let (header, tables) = (policy.header(), policy.tables());
         let programs: Vec<Program> = tables.programs.iter().map(Program::from_bytes).collect();

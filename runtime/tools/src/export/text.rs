@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use tpg_runtime::isa::Op;
-use tpg_runtime::tables::{Section, Target, TeamId};
+use tpg_runtime::tables::{Range, Section, Target, TeamId};
 
 use super::plan::{Function, Plan};
 
@@ -40,8 +40,8 @@ pub(super) fn preamble(plan: &Plan<'_>, command: &str) -> Vec<String> {
             text
         });
     let line = |text: &str| text.chars().filter(|c| !c.is_control()).collect::<String>();
-    let channel = |(k, (name, unit)): (usize, (&str, &str))| {
-        format!("  {k}: {} [{}]", line(name), line(unit))
+    let channel = |(k, ((name, unit), range)): (usize, ((&str, &str), Range))| {
+        format!("  {k}: {} [{}]{}", line(name), line(unit), bounds(range))
     };
     let mut lines = vec![
         format!("A policy for {} ({}), compiled.", line(tables.task), line(tables.observability)),
@@ -60,15 +60,29 @@ pub(super) fn preamble(plan: &Plan<'_>, command: &str) -> Vec<String> {
         String::new(),
         "Inputs:".to_owned(),
     ];
-    lines.extend(plan.policy.inputs().enumerate().map(channel));
+    let inputs = plan.policy.inputs().zip(plan.policy.input_ranges());
+    lines.extend(inputs.enumerate().map(channel));
     if plan.outputs > 0 {
-        lines.push(format!(
-            "Outputs, {} to {}:",
-            header.action_low, header.action_high
-        ));
-        lines.extend(plan.policy.outputs().enumerate().map(channel));
+        let (low, high) = (header.action_low, header.action_high);
+        lines.push(format!("Outputs, {low} to {high}:"));
+        // A range that all outputs have stands in the title alone.
+        let common = plan.has_one_range();
+        let ranges = plan.policy.output_ranges();
+        let ranges = ranges.map(|range| if common { Range::ALL } else { range });
+        lines.extend(plan.policy.outputs().zip(ranges).enumerate().map(channel));
     }
     lines
+}
+
+/// The bounds of a channel, as text that follows its unit. Nothing if it has none.
+fn bounds(range: Range) -> String {
+    let Range { low, high } = range;
+    match (low.is_finite(), high.is_finite()) {
+        (true, true) => format!(", {low} to {high}"),
+        (true, false) => format!(", {low} or more"),
+        (false, true) => format!(", {high} or less"),
+        (false, false) => String::new(),
+    }
 }
 
 /// A program's target, in words.

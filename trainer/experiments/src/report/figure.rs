@@ -25,6 +25,8 @@ const INK: RGBColor = RGBColor(60, 60, 60);
 const GRID: RGBColor = RGBColor(225, 225, 225);
 const WIDTH: u32 = 760;
 const ROW_HEIGHT: u32 = 250;
+/// Panels below this width have room for fewer labels.
+const NARROW: u32 = 240;
 const TITLE_HEIGHT: u32 = 26;
 const LEGEND_HEIGHT: u32 = 20;
 const TEXT: i32 = 13;
@@ -167,6 +169,7 @@ impl Panel {
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         let px = |length: u32| length * scale;
         let text = |size: i32| font(size * scale as i32);
+        let narrow = area.dim_in_pixel().0 < px(NARROW);
         let mut chart = ChartBuilder::on(area)
             .margin(px(6))
             .margin_right(px(12))
@@ -182,6 +185,8 @@ impl Panel {
             Ticks::Modulo(n) => (x.round() as usize % n).to_string(),
         };
         let x_ticks = match self.x_ticks {
+            // More labels would touch in a narrow panel.
+            Ticks::Numbers | Ticks::Whole | Ticks::Logarithms if narrow => 3,
             Ticks::Numbers | Ticks::Whole | Ticks::Logarithms => 5,
             Ticks::Modulo(_) => 30,
         };

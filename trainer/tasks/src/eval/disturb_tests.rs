@@ -52,6 +52,7 @@ fn disturbed(discrete: bool, texts: &[&str]) -> Result<Disturbed<Echo>, DisturbE
         name: name.into(),
         unit: "m".into(),
         velocity: false,
+        range: None,
     };
     let channels = ["x", "y"].map(channel);
     let link = Link {

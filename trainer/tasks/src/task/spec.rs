@@ -5,6 +5,7 @@ use std::fmt;
 use super::Rng;
 use super::scene::{Pose, Scene};
 use tpg_runtime::Action;
+use tpg_runtime::tables::Range;
 
 /// What a task is, apart from its physics.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +25,7 @@ pub struct Spec {
 }
 
 /// One element of an observation or of an action.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     /// What the value is, in lower case with underscores.
     pub name: String,
@@ -33,6 +34,9 @@ pub struct Channel {
     pub unit: String,
     /// Whether the value is a velocity, which [`Observability::VelocitiesRemoved`](super::Observability) hides.
     pub velocity: bool,
+    /// The values that it can have, in its unit. `None` if nothing is known of an input, and if an output has the range of
+    /// [`ActionSpace::Continuous`]. The range of an input is information: nothing holds it to that.
+    pub range: Option<Range>,
 }
 
 /// The actions that a task accepts.
@@ -40,7 +44,7 @@ pub struct Channel {
 pub enum ActionSpace {
     /// An index below this number.
     Discrete(u16),
-    /// Several values, each within the same range.
+    /// Several values, each within this range, or within a narrower one of its [`Channel`].
     Continuous {
         /// How many values an action has.
         len: u16,
@@ -145,6 +149,7 @@ pub(super) fn channels(rows: &[ChannelRow]) -> Vec<Channel> {
         name: name.into(),
         unit: unit.into(),
         velocity,
+        range: None,
     };
     rows.iter().map(channel).collect()
 }

@@ -3,6 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use tpg_runtime::math::centred;
+use tpg_runtime::tables::Range;
 
 use super::super::decision::{Bidder, WriteDecision, write_teams};
 use super::super::text::function_name;
@@ -76,10 +77,24 @@ pub(super) fn write_decide(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
         "    self->instructions = instructions;\n    self->winner = winner;\n    self->teams = teams;"
     )?;
     if plan.outputs > 0 {
-        let (low, high) = (
-            number_text(header.action_low),
-            number_text(header.action_high),
-        );
+        let (low, high) = if plan.has_one_range() {
+            (
+                number_text(header.action_low),
+                number_text(header.action_high),
+            )
+        } else {
+            let array = |name: &str, bound: fn(Range) -> f32| {
+                let values = plan.policy.output_ranges().map(bound).map(number_text);
+                let values = values.collect::<Vec<_>>().join(", ");
+                format!(
+                    "    static const float {name}[{}] = {{{values}}};\n",
+                    plan.outputs
+                )
+            };
+            out.push_str(&array("lowest", |range| range.low));
+            out.push_str(&array("highest", |range| range.high));
+            ("lowest[k]".to_owned(), "highest[k]".to_owned())
+        };
         writeln!(
             out,
             "    for (int k = 0; k < {}; k++) action[k] = clamp(output[k], {low}, {high});",

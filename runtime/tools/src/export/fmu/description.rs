@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use tpg_runtime::Policy;
+use tpg_runtime::tables::Range;
 
-use super::first_output;
+use super::nearest_to_zero;
 
 /// The file `modelDescription.xml`.
 pub(super) fn model_description(policy: &Policy<'_>, name: &str, token: &str) -> String {
@@ -98,19 +99,21 @@ fn variables(policy: &Policy<'_>) -> Variables {
         "time",
         "causality=\"independent\" variability=\"continuous\"",
     );
-    for (name, unit) in policy.inputs() {
+    for ((name, unit), range) in policy.inputs().zip(policy.input_ranges()) {
         let rest = format!(
-            "causality=\"input\" variability=\"continuous\" start=\"0\"{}",
+            "causality=\"input\" variability=\"continuous\" start=\"{}\"{}{}",
+            nearest_to_zero(range),
+            bounds(range),
             unit_attribute(unit)
         );
         add("Float32", name, &rest);
     }
     if header.outputs() > 0 {
-        let (low, high) = (header.action_low, header.action_high);
-        for (name, unit) in policy.outputs() {
+        for ((name, unit), range) in policy.outputs().zip(policy.output_ranges()) {
             let rest = format!(
-                "causality=\"output\" variability=\"discrete\" initial=\"exact\" start=\"{}\" min=\"{low}\" max=\"{high}\"{}",
-                first_output(header),
+                "causality=\"output\" variability=\"discrete\" initial=\"exact\" start=\"{}\"{}{}",
+                nearest_to_zero(range),
+                bounds(range),
                 unit_attribute(unit)
             );
             outputs.push(add("Float32", name, &rest));
@@ -128,6 +131,15 @@ fn variables(policy: &Policy<'_>) -> Variables {
         "causality=\"parameter\" variability=\"fixed\" start=\"0\" description=\"seed of the policy's random streams\"",
     );
     Variables { text, outputs }
+}
+
+/// The attributes of a variable's range. A bound that is not finite has none.
+fn bounds(range: Range) -> String {
+    let attribute = |name: &str, bound: f32| match bound.is_finite() {
+        true => format!(" {name}=\"{bound}\""),
+        false => String::new(),
+    };
+    attribute("min", range.low) + &attribute("max", range.high)
 }
 
 /// The definitions of all units that variables name.

@@ -67,7 +67,8 @@ static void begin(instance *self)
 {
     memset(&self->now, 0, sizeof self->now);
     policy_init(&self->now.policy);
-    for (int k = 0; k < OUTPUTS; k++) self->now.outputs[k] = FIRST_ACTION;
+    for (int k = 0; k < INPUTS; k++) self->now.inputs[k] = first_inputs[k];
+    for (int k = 0; k < OUTPUTS; k++) self->now.outputs[k] = first_outputs[k];
     self->now.mode = INSTANTIATED;
 }
 

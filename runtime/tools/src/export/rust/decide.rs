@@ -98,8 +98,16 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         "                _ => break,\n            }};\n        }}"
     )?;
     let action = if plan.outputs > 0 {
-        let (low, high) = (number(header.action_low), number(header.action_high));
-        format!("math::map(&output, |x| math::clamp(x, {low}, {high}))")
+        if plan.has_one_range() {
+            let (low, high) = (number(header.action_low), number(header.action_high));
+            format!("math::map(&output, |x| math::clamp(x, {low}, {high}))")
+        } else {
+            let clamped = plan.policy.output_ranges().enumerate().map(|(k, range)| {
+                let (low, high) = (number(range.low), number(range.high));
+                format!("math::clamp(output[{k}], {low}, {high})")
+            });
+            format!("[{}]", clamped.collect::<Vec<_>>().join(", "))
+        }
     } else {
         let actions = plan.actions().into_iter();
         let mut arms: Vec<String> = actions

@@ -83,6 +83,7 @@ fn number(name: impl Into<String>) -> Channel {
         name: name.into(),
         unit: "1".into(),
         velocity: false,
+        range: None,
     }
 }
 
@@ -92,6 +93,7 @@ fn index(name: &str) -> Channel {
         name: name.into(),
         unit: "index".into(),
         velocity: false,
+        range: None,
     }
 }
 

@@ -57,6 +57,8 @@ pub(super) struct Observation {
     pub unit: String,
     pub velocity: Option<bool>,
     pub clip: Option<f64>,
+    /// Lowest and highest value, to be told to whoever uses the policy.
+    pub range: Option<[f64; 2]>,
     /// The most by which the value is off in an episode, above or below.
     #[serde(default)]
     pub offset: f64,
@@ -287,6 +289,15 @@ impl Description {
                 check_label(text)?;
             }
             check_width("observation.offset", observation.offset)?;
+            if let Some([low, high]) = observation.range
+                && !(low <= high && low < f64::INFINITY && high > f64::NEG_INFINITY)
+            {
+                return Err(format!(
+                    "observation.range goes from {low} to {high} in {:?}: the lower one must stand first; -inf and inf \
+                     leave a side open",
+                    observation.name
+                ));
+            }
             if observation
                 .clip
                 .is_some_and(|clip| !(clip.is_finite() && clip > 0.0))

@@ -75,6 +75,7 @@ impl Drives {
             name: "action".into(),
             unit: "index".into(),
             velocity: false,
+            range: None,
         };
         let drives = Self { drives, table };
         Ok((drives, vec![index], ActionSpace::Discrete(count)))
@@ -199,6 +200,7 @@ fn drives(
                 .clone()
                 .unwrap_or_else(|| format!("{low}..{high}")),
             velocity: false,
+            range: None,
         });
     }
     Ok((drives, outputs))

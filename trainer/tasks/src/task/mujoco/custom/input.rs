@@ -7,6 +7,7 @@ use super::source::{Source, find};
 use super::terms::Scope;
 use crate::task::spec::round;
 use crate::task::{Channel, Rng};
+use tpg_runtime::tables::Range;
 
 /// One element of the observation. Without a clip in the file, `clip` is infinite.
 #[derive(Debug)]
@@ -62,6 +63,10 @@ pub(super) fn inputs(
     let (mut inputs, mut channels) = (Vec::new(), Vec::<Channel>::new());
     for observation in &description.observation {
         let clip = observation.clip.unwrap_or(f64::INFINITY);
+        let range = observation.range.map(|[low, high]| Range {
+            low: low as f32,
+            high: high as f32,
+        });
         let (values, velocity, block) = match (&observation.source, &observation.expression) {
             (Some(text), None) => {
                 let found = find(text, scope.model, scope.goals)?;
@@ -108,6 +113,7 @@ pub(super) fn inputs(
                 name,
                 unit: observation.unit.clone(),
                 velocity: observation.velocity.unwrap_or(velocity),
+                range,
             });
         }
     }

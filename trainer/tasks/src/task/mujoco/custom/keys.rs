@@ -36,6 +36,7 @@ const KEYS: [(&str, &[&str]); 10] = [
             "unit",
             "velocity",
             "clip",
+            "range",
             "offset",
         ],
     ),
