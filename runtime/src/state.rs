@@ -11,7 +11,7 @@ use crate::math;
 use crate::memory::{IndexedStream, slot_stream};
 use crate::outputs::OutputSet;
 use crate::rng::Pcg32;
-use crate::tables::{Program, ProgramId, Section, Target, Team, TeamId};
+use crate::tables::{Program, ProgramId, Range, Section, Target, Team, TeamId};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
@@ -200,8 +200,9 @@ fn take_action<'s, O: Observer>(
         }
         (ActionKind::Continuous, program) => {
             let source = program.map_or(start, |p| usize::from(p.output));
+            let limits = policy.limits();
             for k in 0..len {
-                take_output(policy, words, k, source + k);
+                take_output(words, start + k, source + k, limits.of(k));
             }
         }
         (ActionKind::Each, _) => {
@@ -215,12 +216,11 @@ fn take_action<'s, O: Observer>(
     Action::Continuous(outputs.unwrap_or_default())
 }
 
-/// Clamps the word at `source` into output word `k`.
+/// Clamps the word at `source` into the word at `output`.
 #[inline(always)]
-fn take_output(policy: &Policy<'_>, words: &mut [f32], k: usize, source: usize) {
+fn take_output(words: &mut [f32], output: usize, source: usize, range: Range) {
     let x = words.get(source).copied().unwrap_or(0.0);
-    if let Some(out) = words.get_mut(usize::from(policy.header.window) + k) {
-        let range = policy.output_range(k);
+    if let Some(out) = words.get_mut(output) {
         *out = math::clamp(x, range.low, range.high);
     }
 }
@@ -235,7 +235,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
     // The output words hold the highest bids until the outputs replace them, so this needs no other memory.
     let highest = words.get_mut(start..).and_then(|rest| rest.get_mut(..len));
     highest.unwrap_or_default().fill(f32::MIN);
-    let mut given = OutputSet::default();
+    let (limits, mut given) = (policy.limits(), OutputSet::default());
     for taking in [false, true] {
         for member in policy.tables.members(&team) {
             let (Some(program), Some(bid)) = (
@@ -256,7 +256,7 @@ fn take_each<O: Observer>(policy: &Policy<'_>, words: &mut [f32], bids: &[f32], 
                     *highest = *bid;
                 }
             } else if *bid >= *highest && given.insert(output) {
-                take_output(policy, words, k, usize::from(program.output));
+                take_output(words, start + k, usize::from(program.output), limits.of(k));
                 observer.give(member, output);
             }
         }

@@ -180,21 +180,34 @@ impl<'a> Policy<'a> {
         (0..header.outputs()).map(move |k| range(&header, ranges, inputs + k))
     }
 
-    /// The range of output `k`.
+    /// The ranges of the outputs, to which they are clamped.
     #[inline(always)]
-    pub(crate) fn output_range(&self, k: usize) -> Range {
+    pub(crate) fn limits(&self) -> Limits<'a> {
         let header = &self.header;
-        let record = match self.tables.ranges {
-            [] => None,
-            ranges => ranges.get(usize::from(header.observation_len) + k),
-        };
-        record.map_or(
-            Range {
+        let inputs = usize::from(header.observation_len);
+        Limits {
+            common: Range {
                 low: header.action_low,
                 high: header.action_high,
             },
-            Range::from_bytes,
-        )
+            own: self.tables.ranges.get(inputs..).unwrap_or_default(),
+        }
+    }
+}
+
+/// The ranges of a policy's outputs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits<'a> {
+    common: Range,
+    /// Of each output; empty if all have the common one.
+    own: &'a [[u8; Range::BYTES]],
+}
+
+impl Limits<'_> {
+    /// The range of output `k`.
+    #[inline(always)]
+    pub(crate) fn of(&self, k: usize) -> Range {
+        self.own.get(k).map_or(self.common, Range::from_bytes)
     }
 }
 
