@@ -3,6 +3,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::io::{self, Read as _};
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
@@ -244,15 +245,25 @@ impl Part {
         }
         let code = status.code().and_then(|code| u8::try_from(code).ok());
         let error = anyhow!(
-            "loop broke off: {} (process {}) ended with {status}",
+            "loop broke off: {} (process {}) ended with {status}{}",
             self.name,
-            self.child.id()
+            self.child.id(),
+            reason(status)
         );
         // A code that is no status is a panic's; without a code, a signal ended the child.
         let status = code.map_or(Status::Peer, |code| {
             Status::from_code(code).unwrap_or(Status::OurFault)
         });
         Some((at, Failure::new(status, error)))
+    }
+}
+
+/// What a signal says of the reason.
+fn reason(status: ExitStatus) -> &'static str {
+    // There was room when the loop began, but another process took it before this one wrote there.
+    match status.signal() {
+        Some(nix::libc::SIGBUS) => ": shared memory ran out; free some in /dev/shm, or enlarge it",
+        _ => "",
     }
 }
 

@@ -15,7 +15,7 @@ int main(int count, char **arguments)
     static champion policy;
     static wire_channel channel;
     static wire_message request, answer, repeat;
-    uint32_t last = 0;
+    uint32_t first = 0, last = 0;
     int greeted = 0;
     if (count != 2) {
         fprintf(stderr, "usage: controller unix:PATH|udp:HOST:PORT\n");
@@ -32,8 +32,10 @@ int main(int count, char **arguments)
         }
         number = (uint32_t)wire_take_number(&request);
         kind = wire_take_number(&request);
-        if (kind != WIRE_HELLO && greeted && last - number <= 16) {
-            /* The answer got lost if it is the last request again; an older one is a late duplicate. */
+        if (kind == WIRE_HELLO || !greeted) {
+            first = number;
+        } else if (last - number <= last - first) {
+            /* The answer got lost if it is the last request again; an older one of this conversation is late. */
             if (number == last) {
                 wire_message again = repeat;
                 wire_send(&channel, &again);

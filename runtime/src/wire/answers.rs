@@ -2,16 +2,17 @@
 
 use super::{Answer, Frame, Request, write};
 
-/// How many numbers below the last one are those of late duplicates.
-///
-/// A line keeps the order of frames, so few are enough. Any other number is a new request, so that no number of a frame
-/// can make a controller deaf to the requests after it.
-const LATE: u32 = 16;
+/// A request whose number is further above the last one begins a conversation, so that no number of a frame can make a
+/// controller deaf to the requests after it.
+const AHEAD: u32 = 1 << 16;
+/// The most numbers below the last one that are late. Half of all numbers are above.
+const LATE: u32 = 1 << 31;
 
 /// The last request that a controller carried out, and its answer in at most `N` bytes.
 #[derive(Debug, Clone)]
 pub struct Answers<const N: usize> {
-    last: Option<u32>,
+    /// The numbers of the conversation's first request and of the last one.
+    conversation: Option<(u32, u32)>,
     frame: [u8; N],
     len: usize,
 }
@@ -27,7 +28,7 @@ impl<const N: usize> Answers<N> {
     #[must_use]
     pub const fn new() -> Self {
         Answers {
-            last: None,
+            conversation: None,
             frame: [0; N],
             len: 0,
         }
@@ -36,9 +37,11 @@ impl<const N: usize> Answers<N> {
     /// Whether a request is a new one, to be carried out. A greeting always is.
     #[must_use]
     pub fn is_new(&self, request: &Frame<Request<'_>>) -> bool {
-        match (request.message, self.last) {
+        match (request.message, self.conversation) {
             (Request::Hello, _) | (_, None) => true,
-            (_, Some(last)) => last.wrapping_sub(request.seq) > LATE,
+            (_, Some((first, last))) => {
+                last.wrapping_sub(request.seq) > last.wrapping_sub(first).min(LATE)
+            }
         }
     }
 
@@ -46,7 +49,7 @@ impl<const N: usize> Answers<N> {
     /// answer again. An older one is a duplicate and gets nothing.
     #[must_use]
     pub fn again(&self, seq: u32) -> &[u8] {
-        if self.last == Some(seq) {
+        if self.conversation.is_some_and(|(_, last)| last == seq) {
             self.sent()
         } else {
             &[]
@@ -56,7 +59,11 @@ impl<const N: usize> Answers<N> {
     /// Keeps the answer to a request that was carried out, and returns the bytes to send. An answer that is too long is
     /// dropped, as if the line had lost it.
     pub fn keep(&mut self, answer: &Frame<Answer<'_>>) -> &[u8] {
-        self.last = Some(answer.seq);
+        let first = match self.conversation {
+            Some((first, last)) if answer.seq.wrapping_sub(last) <= AHEAD => first,
+            _ => answer.seq,
+        };
+        self.conversation = Some((first, answer.seq));
         self.len = write(answer, &mut self.frame).unwrap_or(0);
         self.sent()
     }
@@ -83,13 +90,36 @@ mod tests {
         let sent = answers.keep(&Frame { seq: 7, message }).to_vec();
         assert!(!sent.is_empty());
         assert!(!answers.is_new(&commit(7)) && answers.again(7) == sent);
-        for late in [6, 7_u32.wrapping_sub(LATE)] {
+        assert!(answers.is_new(&commit(6)), "nothing of this conversation");
+        answers.keep(&Frame { seq: 1000, message });
+        for late in [7, 8, 999] {
             assert!(!answers.is_new(&commit(late)) && answers.again(late).is_empty());
         }
-        for new in [8, 1000, 7_u32.wrapping_sub(LATE + 1)] {
+        for new in [6, 1001, 5_000_000] {
             assert!(answers.is_new(&commit(new)), "{new}");
         }
         assert!(answers.is_new(&request(7, Request::Hello)));
+    }
+
+    #[test]
+    fn no_number_makes_a_controller_deaf() {
+        let mut answers = Answers::<64>::new();
+        let (mut honest, message) = (u32::MAX - 5, Answer::Ready);
+        for wild in [AHEAD + 9, 1 << 31, u32::MAX - 1, 0, 77] {
+            for _ in 0..3 {
+                honest = honest.wrapping_add(1);
+                let next = request(honest, Request::Commit);
+                assert!(answers.is_new(&next), "{honest} after {wild}");
+                answers.keep(&Frame {
+                    seq: honest,
+                    message,
+                });
+            }
+            let wild = honest.wrapping_add(AHEAD + 1).wrapping_add(wild);
+            if answers.is_new(&request(wild, Request::Commit)) {
+                answers.keep(&Frame { seq: wild, message });
+            }
+        }
     }
 
     #[test]
