@@ -5,6 +5,7 @@
 //! - [`selftest`]: compares one policy with a run recorded on the host.
 //! - [`serial`]: the board's side of the serial line of `tpg hil --controller` and `tpg update`.
 //! - [`slots`]: two slots for policies. One of them always works, even after a power cut.
+//! - [`control`]: a policy in its control periods; what is late or wrong leaves the plant safe. The templates drive by it.
 //! - [`cycles`]: how long decisions take over recorded observations, against the control period.
 //! - `measure`: measures decisions on this machine, for `tpg footprint`. Only on targets without an operating system.
 //! - [`ram`]: RAM used in place of flash on emulated boards.
@@ -15,6 +16,7 @@
 //! `measure`, `mps2`, `microbit`, `virt` and [`ram`] contain `unsafe` code, because they access memory by address.
 #![no_std]
 
+pub mod control;
 pub mod cycles;
 #[cfg(target_os = "none")]
 pub mod measure;
