@@ -23,7 +23,7 @@ test: setup ## Run all tests
 # `--lib --bins --examples` counts the features of dev-dependencies, as clippy above does: what it checked is used again.
 lint: setup ## Check format, lints and documentation, warnings being errors
 	cargo fmt --all --check
-	rustfmt --edition 2024 --check firmware-examples/*/src/bin/*.rs
+	rustfmt --edition 2024 --check firmware-examples/*/src/bin/*.rs firmware-examples/templates/*/src/main.rs
 	cargo clippy --workspace --all-targets -- -D warnings
 	cargo clippy --workspace --all-targets --no-default-features -- -D warnings
 	cd firmware-examples/common && cargo clippy --all-targets --all-features -- -D warnings
