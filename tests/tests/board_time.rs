@@ -1,10 +1,11 @@
 //! Firmware that decides in control periods: what the program `cycles` says of them, and frameworks that keep them.
 
+use std::cell::Cell;
 use std::fmt::Write as _;
 use std::fs;
 
-use tpg_board::cycles::{RecordedError, observation_of, replay};
-use tpg_runtime::{Action, HostAgent, Policy, Reset};
+use tpg_board::cycles::{RecordedError, judge, load, observation_of, replay};
+use tpg_runtime::{Action, Fixed, HostAgent, Policy, Reset, State};
 use tpg_tests::firmware::{M4F, RISCV, repository, run_framework};
 
 fn example(name: &str) -> Vec<u8> {
@@ -65,6 +66,48 @@ fn recorded_observations_that_do_not_fit_are_named() {
         ("what\n".to_owned(), 1),
     ] {
         assert_eq!(replay(&text), Err(RecordedError(line)), "{text}");
+    }
+}
+
+#[test]
+fn a_verdict_has_a_text_and_an_exit_status() {
+    type Room = State<2048, 32, 8, 8>;
+    let bytes = example("champion.tpg");
+    let recorded = observations();
+    // Each reading takes one tick more than the one before, so each decision seems to take one.
+    let (ticks, step) = (Cell::new(0), Cell::new(0));
+    let now = || {
+        step.set(step.get() + 1);
+        ticks.set(ticks.get() + step.get());
+        ticks.get()
+    };
+    let verdict = |policy: &[u8], recorded: &str, allowed| {
+        let policy = load::<Fixed<11>, _>(policy, Room::new());
+        let worst_path = load::<Fixed<11>, _>(&bytes, Room::new());
+        judge(policy, worst_path, recorded, now, (allowed, "ticks"))
+    };
+    for (verdict, status, text) in [
+        (
+            verdict(&bytes, &recorded, 1),
+            0,
+            "PASS: a control period allows 1 ticks",
+        ),
+        (
+            verdict(&bytes, &recorded, 0),
+            5,
+            "FAIL: a control period allows 0 ticks",
+        ),
+        (
+            verdict(&bytes[1..], &recorded, 1),
+            1,
+            "cycles: a policy is damaged",
+        ),
+        (verdict(&bytes, "what", 1), 1, "cycles: line 1 of"),
+    ] {
+        assert_eq!(verdict.status(), status, "{verdict}");
+        let printed = verdict.to_string();
+        let last = printed.lines().last().expect("a line");
+        assert!(last.starts_with(text), "{printed}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use tpg_runtime::{Agent, Reset, Storage, Width};
+use tpg_runtime::{Agent, Policy, Reset, Storage, Width};
 
 use crate::pack::SEED;
 use crate::trial::MAX_OBSERVATION;
@@ -150,5 +150,69 @@ impl fmt::Display for Report {
             "{verdict}: a control period allows {} {unit}",
             self.allowed
         )
+    }
+}
+
+/// What the program `cycles` says in the end. Its text is the report, or why there is none.
+#[derive(Debug, Clone, Copy)]
+pub enum Verdict {
+    /// Both policies were measured.
+    Measured(Report),
+    /// A policy does not load.
+    Damaged,
+    /// The recorded observations are not those of the policies.
+    Recorded(RecordedError),
+}
+
+impl Verdict {
+    /// The exit status: 0 for PASS, 5 for FAIL, 1 if nothing was measured.
+    #[must_use]
+    pub fn status(&self) -> i32 {
+        match self {
+            Verdict::Measured(report) if report.passed() => 0,
+            Verdict::Measured(_) => 5,
+            Verdict::Damaged | Verdict::Recorded(_) => 1,
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Verdict::Measured(report) => report.fmt(f),
+            Verdict::Damaged => f.write_str("cycles: a policy is damaged"),
+            Verdict::Recorded(error) => write!(f, "cycles: {error}"),
+        }
+    }
+}
+
+/// The agent of the policy in these bytes. `None` if the policy is damaged or does not fit.
+#[must_use]
+pub fn load<W: Width, S: Storage>(bytes: &[u8], storage: S) -> Option<Agent<'_, W, S>> {
+    Agent::new_in(Policy::load(bytes).ok()?, storage).ok()
+}
+
+/// Measures a policy, and the same one made to run all its programs, as [`replay`] does. `unit` is what `now` counts;
+/// `allowed` is how many of them a control period allows.
+pub fn judge<V: Width, S: Storage, W: Width, T: Storage>(
+    policy: Option<Agent<'_, V, S>>,
+    worst_path: Option<Agent<'_, W, T>>,
+    recorded: &str,
+    now: impl Fn() -> u32,
+    (allowed, unit): (u64, &'static str),
+) -> Verdict {
+    let Some((mut policy, mut worst_path)) = policy.zip(worst_path) else {
+        return Verdict::Damaged;
+    };
+    let measured = replay(&mut policy, recorded, &now)
+        .and_then(|policy| Ok((policy, replay(&mut worst_path, recorded, &now)?)));
+    match measured {
+        Ok((policy, worst_path)) => Verdict::Measured(Report {
+            unit,
+            policy,
+            worst_path,
+            allowed,
+        }),
+        Err(error) => Verdict::Recorded(error),
     }
 }

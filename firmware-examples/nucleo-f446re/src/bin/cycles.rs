@@ -8,15 +8,13 @@ use cortex_m::peripheral::DWT;
 use cortex_m_rt::entry;
 use semihosting::{println, process::exit};
 use stm32f4xx_hal::{pac, prelude::*, rcc::Config};
-use tpg_board::cycles::{Report, replay};
-use tpg_runtime::{Agent, Policy, policy};
+use tpg_board::cycles::{judge, load};
+use tpg_runtime::policy;
 
 policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
 // `tpg footprint --worst-path` makes it of the champion.
 policy!(mod worst = include_bytes!(env!("TPG_WORST_PATH")));
 static OBSERVATIONS: &str = include_str!(env!("TPG_OBSERVATIONS"));
-type Champion = Agent<'static, champion::Width, &'static mut champion::State>;
-type Worst = Agent<'static, worst::Width, &'static mut worst::State>;
 // The clock in megahertz, as `decide` runs.
 const MHZ: u32 = 168;
 
@@ -37,30 +35,13 @@ fn main() -> ! {
     );
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let policy = Policy::load(champion::BYTES).ok();
-    let made = policy.and_then(|policy| Champion::new_in(policy, STATE).ok());
-    let policy = Policy::load(worst::BYTES).ok();
-    let made = made.zip(policy.and_then(|policy| Worst::new_in(policy, WORST_STATE).ok()));
-    let Some((mut agent, mut worst)) = made else {
-        println!("cycles: a policy is damaged");
-        exit(1)
-    };
-    let measured = replay(&mut agent, OBSERVATIONS, DWT::cycle_count)
-        .and_then(|policy| Ok((policy, replay(&mut worst, OBSERVATIONS, DWT::cycle_count)?)));
-    match measured {
-        Ok((policy, worst_path)) => {
-            let report = Report {
-                unit: "cycles",
-                policy,
-                worst_path,
-                allowed: u64::from(champion::PERIOD_US) * u64::from(MHZ),
-            };
-            println!("{report}");
-            exit(if report.passed() { 0 } else { 5 })
-        }
-        Err(error) => {
-            println!("cycles: {error}");
-            exit(1)
-        }
-    }
+    let verdict = judge(
+        load::<champion::Width, _>(champion::BYTES, STATE),
+        load::<worst::Width, _>(worst::BYTES, WORST_STATE),
+        OBSERVATIONS,
+        DWT::cycle_count,
+        (u64::from(champion::PERIOD_US) * u64::from(MHZ), "cycles"),
+    );
+    println!("{verdict}");
+    exit(verdict.status())
 }

@@ -7,16 +7,14 @@
 use riscv_rt::entry;
 use semihosting::{println, process::exit};
 use static_cell::ConstStaticCell;
-use tpg_board::cycles::{Report, replay};
+use tpg_board::cycles::{judge, load};
 use tpg_board::virt::InstructionCounter;
-use tpg_runtime::{Agent, Policy, policy};
+use tpg_runtime::policy;
 
 policy!(mod champion = include_bytes!(env!("TPG_CHAMPION")));
 // `tpg footprint --worst-path` makes it of the champion.
 policy!(mod worst = include_bytes!(env!("TPG_WORST_PATH")));
 static OBSERVATIONS: &str = include_str!(env!("TPG_OBSERVATIONS"));
-type Champion = Agent<'static, champion::Width, &'static mut champion::State>;
-type Worst = Agent<'static, worst::Width, &'static mut worst::State>;
 // edit 2: the clock in megahertz, and cycles of an instruction, that the verdict assumes.
 const MHZ: u64 = 160;
 const CYCLES_PER_INSTRUCTION: u64 = 2;
@@ -25,31 +23,17 @@ static WORST_STATE: ConstStaticCell<worst::State> = ConstStaticCell::new(worst::
 
 #[entry]
 fn main() -> ! {
-    let policy = Policy::load(champion::BYTES).ok().zip(STATE.try_take());
-    let made = policy.and_then(|(policy, state)| Champion::new_in(policy, state).ok());
-    let policy = Policy::load(worst::BYTES).ok().zip(WORST_STATE.try_take());
-    let made = made.zip(policy.and_then(|(policy, state)| Worst::new_in(policy, state).ok()));
-    let Some((mut agent, mut worst)) = made else {
-        println!("cycles: a policy is damaged");
-        exit(1)
-    };
+    let policy = STATE.try_take();
+    let worst = WORST_STATE.try_take();
     let counter = InstructionCounter::start();
-    let measured = replay(&mut agent, OBSERVATIONS, || counter.now())
-        .and_then(|policy| Ok((policy, replay(&mut worst, OBSERVATIONS, || counter.now())?)));
-    match measured {
-        Ok((policy, worst_path)) => {
-            let report = Report {
-                unit: "instructions",
-                policy,
-                worst_path,
-                allowed: u64::from(champion::PERIOD_US) * MHZ / CYCLES_PER_INSTRUCTION,
-            };
-            println!("{report}");
-            exit(if report.passed() { 0 } else { 5 })
-        }
-        Err(error) => {
-            println!("cycles: {error}");
-            exit(1)
-        }
-    }
+    let allowed = u64::from(champion::PERIOD_US) * MHZ / CYCLES_PER_INSTRUCTION;
+    let verdict = judge(
+        policy.and_then(|state| load::<champion::Width, _>(champion::BYTES, state)),
+        worst.and_then(|state| load::<worst::Width, _>(worst::BYTES, state)),
+        OBSERVATIONS,
+        || counter.now(),
+        (allowed, "instructions"),
+    );
+    println!("{verdict}");
+    exit(verdict.status())
 }
