@@ -52,11 +52,13 @@ pub trait Watching: Observer + Sized {
     fn vectors(width: u16) -> Vectors<Self>;
 }
 
-/// Not generic, so that with the feature `any-width` this crate holds the copies for all widths, and programs that are built
-/// of many crates compile them once. Without it they are compiled where they are used, and firmware never does.
+/// Neither generic nor inlined, so that with the feature `any-width` this crate holds the copies for all widths, and programs
+/// that are built of many crates compile them once. Without the feature they are compiled where they are used, and firmware
+/// never does. A compiler inlines so small a function across crates by itself, and each crate would have all copies.
 macro_rules! watching {
     ($observer:ty) => {
         impl Watching for $observer {
+            #[cfg_attr(feature = "any-width", inline(never))]
             #[cfg_attr(not(feature = "any-width"), inline)]
             fn vectors(width: u16) -> Vectors<Self> {
                 dispatch!(width; 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
