@@ -31,6 +31,10 @@ fn what_the_tests_stand_on_works() {
     for part in ["boards", "python", "browser"] {
         assert!(!of_part(&report, part).is_empty(), "{report}");
     }
+    let drawing = of_part(&report, "drawing")[0];
+    assert_eq!(drawing["works"], false, "{drawing}");
+    let fix = drawing["fix"].as_str().expect("a text");
+    assert!(fix.contains("--features render"), "{fix}");
     let said = String::from_utf8(tpg_ok(&["doctor"]).stdout).expect("text");
     assert!(said.contains("works    simulator and models"), "{said}");
 }

@@ -321,6 +321,21 @@ fn a_page_that_cannot_be_written_is_refused_before_episodes_run() {
     );
 }
 
+/// The tests' own commands are built without MuJoCo's renderer, which few people need.
+#[test]
+fn a_build_that_cannot_draw_animations_says_how_to_get_one_that_can() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("animation.gif");
+    let policy = champion("cartpole");
+    let output = tpg(["eval", text(&policy), "--animate", text(&file)]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let said = stderr(&output);
+    let build = "cargo build --release -p tpg --features render";
+    assert!(said.contains(build), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(!file.exists());
+}
+
 /// A page grows with its poses; the rest is small.
 #[test]
 fn a_page_of_a_short_episode_is_small() {

@@ -38,6 +38,8 @@ enum Part {
     Python,
     /// Tests of pages; every browser shows them.
     Browser,
+    /// Animations of episodes.
+    Drawing,
 }
 
 impl Part {
@@ -49,6 +51,7 @@ impl Part {
             Part::Boards => "boards",
             Part::Python => "python",
             Part::Browser => "browser",
+            Part::Drawing => "drawing",
         }
     }
 }

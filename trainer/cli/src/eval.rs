@@ -1,5 +1,7 @@
 //! `tpg eval`
 
+mod animation;
+
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
@@ -20,6 +22,7 @@ use tpg_tasks::view::view;
 use tpg_tools::cut::cut;
 
 use crate::health::Health;
+use animation::{Animation, Size};
 
 /// Arguments of `tpg eval`.
 #[derive(Debug, clap::Args)]
@@ -55,6 +58,18 @@ pub(crate) struct Args {
     /// Write a page to look at: the first episodes drawn in three dimensions, with what the policy saw, did and earned.
     #[arg(long, value_name = "OUT.html")]
     view: Option<PathBuf>,
+    /// Write an animation, drawn by MuJoCo's own renderer: the first episode, up to 30 s of it. Needs a build with the
+    /// feature render.
+    #[arg(long, value_name = "OUT.gif")]
+    animate: Option<PathBuf>,
+    /// Width and height of the animation, in pixels.
+    #[arg(
+        long,
+        value_name = "WIDTHxHEIGHT",
+        default_value = "480x360",
+        requires = "animate"
+    )]
+    animate_size: Size,
 }
 
 /// What a policy forgets before every decision.
@@ -96,6 +111,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     let setup = args.score.resolve()?;
     let mut agent = host_agent(&setup.blob, &setup.file)?;
     let mut arena = setup.arena()?;
+    let animation = args.animate.as_deref();
+    let animation = animation.map(|path| Animation::open(path, &setup, args.animate_size));
+    let animation = animation.transpose()?;
     let page = args.view.as_deref().map(Page::create).transpose()?;
     let episodes = match &args.trace {
         Some(file) => record(&setup, &mut arena, agent, file)?,
@@ -108,6 +126,9 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
     let unstable = report.unstable;
     if let Some(page) = page {
         page.write(&setup)?;
+    }
+    if let Some(animation) = animation {
+        animation.write(&setup)?;
     }
     let ablated = args.ablate.map(|what| ablated(&setup, what)).transpose()?;
     let ablated = ablated.map(|returns| Comparison::new(&report.returns, returns));

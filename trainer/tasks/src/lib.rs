@@ -12,6 +12,7 @@
 //! | [`trace`] | every decision of an evaluation, recorded and decided again |
 //! | [`explain`] | which inputs a score owes something to, which programs act when, which memory they use |
 //! | [`view`] | episodes as one HTML page that draws them |
+//! | `animation` | an episode as an animated GIF (feature `render`) |
 //! | [`page`] | what pages of HTML share |
 //! | [`score`] | arguments, set-up and report of the commands that score a policy |
 //! | [`exit_status`] | how a command ends: the statuses, and errors that carry one |
@@ -20,10 +21,14 @@
 // These macros panic where the output is closed; `console` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(feature = "render")]
+pub mod animation;
 pub mod console;
 pub mod eval;
 pub mod exit_status;
 pub mod explain;
+#[cfg(any(test, feature = "render"))]
+mod gif_writer;
 pub mod page;
 pub mod score;
 pub mod stats;

@@ -51,7 +51,29 @@ pub(super) fn all() -> Vec<Finding> {
         &["chromium", "--version"],
         "apt-get install chromium",
     ));
+    all.push(drawing());
     all
+}
+
+/// MuJoCo's renderer, by a picture.
+fn drawing() -> Finding {
+    let what = "MuJoCo's renderer";
+    #[cfg(feature = "render")]
+    return finding(
+        Part::Drawing,
+        what,
+        tpg_tasks::animation::try_to_draw()
+            .map(|()| "a picture of Hopper".to_owned())
+            .map_err(|failure| failure.error.to_string()),
+        "apt-get install libegl1 libgl1-mesa-dri",
+    );
+    #[cfg(not(feature = "render"))]
+    return finding(
+        Part::Drawing,
+        what,
+        Err("built without it".to_owned()),
+        "cargo build --release -p tpg --features render",
+    );
 }
 
 fn finding(part: Part, what: &str, result: Result<String, String>, fix: &str) -> Finding {

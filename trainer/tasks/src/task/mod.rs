@@ -43,6 +43,8 @@ pub use registry::{
 };
 pub use rng::Rng;
 pub use scene::{Form, Mesh, Pose, Scene, Solid};
+#[cfg(feature = "render")]
+pub use spec::Simulation;
 pub(crate) use spec::round;
 pub use spec::{ActionSpace, Channel, Randomization, Spec, Step, Task, Terms};
 pub use wrappers::{MISSING, Wrappers};

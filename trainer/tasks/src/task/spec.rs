@@ -100,6 +100,10 @@ pub enum Randomization {
     Off,
 }
 
+/// The state of MuJoCo's simulation of a robot.
+#[cfg(feature = "render")]
+pub type Simulation = mujoco_rs::prelude::MjData<std::sync::Arc<mujoco_rs::prelude::MjModel>>;
+
 /// A plant that a policy controls.
 ///
 /// `reset` and `step` never allocate, lock or log after the first use of a task in a process.
@@ -132,6 +136,12 @@ pub trait Task: Send {
     /// What the task looks like; nothing where that is not known.
     fn scene(&self) -> Scene {
         Scene::default()
+    }
+
+    /// The state of MuJoCo's simulation, for MuJoCo's own renderer; `None` where the task is computed here.
+    #[cfg(feature = "render")]
+    fn simulation(&self) -> Option<&Simulation> {
+        None
     }
 
     /// Appends where each solid of [`scene`](Self::scene) is now. Changes nothing of the task.

@@ -271,6 +271,11 @@ impl Task for Robot {
         self.sim.instability()
     }
 
+    #[cfg(feature = "render")]
+    fn simulation(&self) -> Option<&crate::task::Simulation> {
+        Some(&self.sim.data)
+    }
+
     fn scene(&self) -> Scene {
         scene::scene(self.sim.data.model())
     }
