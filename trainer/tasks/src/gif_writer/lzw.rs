@@ -1,6 +1,6 @@
 //! The compression of a GIF (LZW), with losses: a pixel takes a colour near its own where a longer match comes of that.
 //!
-//! The edges of a moving ground are noise to a lossless encoder; they take half as many bytes again then.
+//! The edges of a moving ground are noise to a lossless encoder: without losses, files are half as large again.
 
 /// Bits of a colour's number.
 const COLOUR_BITS: u8 = 8;
