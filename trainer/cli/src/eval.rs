@@ -66,7 +66,7 @@ pub(crate) struct Args {
     #[arg(
         long,
         value_name = "WIDTHxHEIGHT",
-        default_value = "480x360",
+        default_value = "320x240",
         requires = "animate"
     )]
     animate_size: Size,

@@ -139,7 +139,7 @@ fn what_cannot_be_drawn_is_refused_before_episodes_run() {
         let mut command = eval("hopper-b23", &["--animate-size", size, "--animate"]);
         let output = output(command.arg(path("a.gif")));
         assert_eq!(output.status.code(), Some(2), "{size}");
-        assert!(said(&output).contains("480x360"), "{}", said(&output));
+        assert!(said(&output).contains("320x240"), "{}", said(&output));
     }
 }
 

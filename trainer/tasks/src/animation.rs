@@ -19,7 +19,7 @@ use tpg_runtime::{HostAgent, Policy, Reset};
 
 use crate::eval::{Arena, Conditions, EvaluationError};
 use crate::exit_status::{Failure, Fault as _};
-use crate::gif_writer::{Histogram, Writer};
+use crate::gif_writer::{Palette, Writer};
 use crate::score::Setup;
 use crate::task::create;
 
@@ -75,15 +75,15 @@ impl Animator {
     pub fn write(mut self, setup: &Setup, to: impl Write, path: &Path) -> Result<Shown, Failure> {
         let film = film(setup)?;
         let pictures = &film.pictures;
-        let mut colours = Histogram::new();
+        let mut samples = Vec::new();
         for moment in pictures
             .iter()
             .step_by(pictures.len().div_ceil(SAMPLES).max(1))
         {
-            colours.count(self.stage.draw(&moment.state)?);
+            samples.extend_from_slice(self.stage.draw(&moment.state)?);
         }
         let unwritable = |result: io::Result<()>| result.or_unwritable(path);
-        let writer = Writer::new(BufWriter::new(to), self.size, colours.palette());
+        let writer = Writer::new(BufWriter::new(to), self.size, Palette::of(&samples));
         let mut writer = writer.or_unwritable(path)?;
         let ends = pictures.iter().skip(1).map(|moment| moment.hundredths);
         let last = pictures.last().map_or(0, |moment| moment.hundredths);

@@ -19,7 +19,7 @@ impl FromStr for Size {
         let sides = sides.and_then(|(width, height)| Some([side(width)?, side(height)?]));
         let [least, most] = [SIDES.start(), SIDES.end()];
         sides.map(Size).ok_or_else(|| {
-            format!("wanted WIDTHxHEIGHT, such as 480x360, each from {least} to {most}")
+            format!("wanted WIDTHxHEIGHT, such as 320x240, each from {least} to {most}")
         })
     }
 }
