@@ -274,7 +274,7 @@ fn the_contract_is_read_in_parts() {
     let mut expected: Vec<u8> = Vec::new();
     let policy = Policy::load(BUILT_IN).expect("valid");
     contract_bytes(policy.header(), policy.tables(), |part| {
-        expected.extend(part)
+        expected.extend(part);
     });
     let mut read = Vec::new();
     loop {

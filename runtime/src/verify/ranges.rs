@@ -44,7 +44,7 @@ pub(super) fn check_ranges(header: &Header, tables: &Tables<'_>) -> Result<(), V
 fn is_sound(range: Range, input: bool) -> bool {
     let Range { low, high } = range;
     let negative_zero = |x: f32| x.to_bits() == 1 << 31;
-    let bounded = |x: f32, none: f32| x.is_finite() || (input && x == none);
+    let bounded = |x: f32, none: f32| x.is_finite() || (input && x.to_bits() == none.to_bits());
     low <= high
         && bounded(low, f32::NEG_INFINITY)
         && bounded(high, f32::INFINITY)

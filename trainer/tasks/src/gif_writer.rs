@@ -124,7 +124,7 @@ mod tests {
         writer.finish().unwrap();
         let mut reader = gif::Decoder::new(&file[..]).unwrap();
         let palette = reader.global_palette().unwrap().to_vec();
-        let mut screen = vec![[0_u8; 3]; 6 * 4];
+        let mut screen = [[0_u8; 3]; 6 * 4];
         for (picture, (time, stored)) in pictures.iter().zip([(4, 24), (5, 2), (6, 1)]) {
             let frame = reader.read_next_frame().unwrap().expect("a picture");
             assert_eq!(frame.delay, time);

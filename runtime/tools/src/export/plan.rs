@@ -6,7 +6,7 @@ use tpg_runtime::Policy;
 use tpg_runtime::blob::{ActionKind, MemoryModel, RegisterMode};
 use tpg_runtime::isa::{Form, Op, Operand};
 use tpg_runtime::registers::Location;
-use tpg_runtime::tables::{Instruction, Program, ProgramId, Target, Team, TeamId};
+use tpg_runtime::tables::{Instruction, Program, ProgramId, Range, Target, Team, TeamId};
 
 /// A policy with the facts that its graph gives about every decision.
 pub(super) struct Plan<'p> {
@@ -55,9 +55,12 @@ impl<'p> Plan<'p> {
     /// Whether all outputs have the header's range.
     pub(super) fn has_one_range(&self) -> bool {
         let header = self.policy.header();
-        let (low, high) = (header.action_low, header.action_high);
+        let common = Range {
+            low: header.action_low,
+            high: header.action_high,
+        };
         let mut ranges = self.policy.output_ranges();
-        ranges.all(|range| range.low == low && range.high == high)
+        ranges.all(|range| range == common)
     }
 
     pub(super) fn new(policy: &'p Policy<'p>) -> Self {
