@@ -108,24 +108,27 @@ mod tests {
 
     #[test]
     fn pictures_come_back_and_only_changes_are_stored() {
-        let (black, red, blue) = ([0, 0, 0], [250, 0, 0], [0, 0, 250]);
-        let first = vec![black; 6 * 4];
+        let (black, red, blue) = ([0; 3], [250, 0, 0], [0, 0, 250]);
+        // Enough pixels for a palette.
+        let first = vec![black; 60 * 40];
         let mut second = first.clone();
-        (second[7], second[8]) = (red, blue);
+        second[..600].fill(red);
+        second[600..1200].fill(blue);
         let mut third = second.clone();
-        third[7] = [TOLERANCE, 0, 0];
+        third[..300].fill([TOLERANCE, 0, 0]);
+        third[1200..].fill([TOLERANCE, 0, 0]);
         let pictures = [first, second, third];
         let all: Vec<u8> = pictures.iter().flatten().flatten().copied().collect();
         let mut file = Vec::new();
-        let mut writer = Writer::new(&mut file, [6, 4], Palette::of(&all)).unwrap();
+        let mut writer = Writer::new(&mut file, [60, 40], Palette::of(&all)).unwrap();
         for (picture, time) in pictures.iter().zip(4..) {
             writer.picture(picture.as_flattened(), time).unwrap();
         }
         writer.finish().unwrap();
         let mut reader = gif::Decoder::new(&file[..]).unwrap();
         let palette = reader.global_palette().unwrap().to_vec();
-        let mut screen = [[0_u8; 3]; 6 * 4];
-        for (picture, (time, stored)) in pictures.iter().zip([(4, 24), (5, 2), (6, 1)]) {
+        let mut screen = vec![black; 60 * 40];
+        for (picture, (time, stored)) in pictures.iter().zip([(4, 2400), (5, 1200), (6, 300)]) {
             let frame = reader.read_next_frame().unwrap().expect("a picture");
             assert_eq!(frame.delay, time);
             let kept = |colour: &u8| Some(*colour) != frame.transparent;
