@@ -1,11 +1,14 @@
 //! The firmware examples, built and run on QEMU.
 
+use std::collections::BTreeMap;
 use std::env;
 use std::fs;
+use std::num::NonZero;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{LazyLock, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use tpg_tools::footprint::{self, Emulation, boards};
@@ -116,6 +119,24 @@ impl Board {
         Self::all().filter(|board| board.0.emulation.is_some())
     }
 
+    /// Calls `run` with each board whose emulator is there, with as many at once as there are cores: an emulator uses one.
+    ///
+    /// # Panics
+    /// If `run` does.
+    pub fn on_each_emulated(run: impl Fn(Board) + Sync) {
+        let boards = Mutex::new(Self::emulated().filter(Board::is_available));
+        let next = || boards.lock().unwrap_or_else(PoisonError::into_inner).next();
+        thread::scope(|scope| {
+            for _ in 0..thread::available_parallelism().map_or(1, NonZero::get) {
+                scope.spawn(|| {
+                    while let Some(board) = next() {
+                        run(board);
+                    }
+                });
+            }
+        });
+    }
+
     /// The board of that name.
     ///
     /// # Panics
@@ -197,9 +218,15 @@ impl Board {
         folder: &str,
         variables: &[(&str, &Path)],
     ) -> PathBuf {
-        // Builds for the same target share a folder: the second one waits, and must not replace the first's file.
-        static BUILDING: Mutex<()> = Mutex::new(());
-        let _one = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
+        // Builds for one board share a folder: the second one waits, and must not replace the first's file.
+        static BUILDING: LazyLock<BTreeMap<String, Mutex<()>>> = LazyLock::new(|| {
+            let boards = Board::all();
+            boards
+                .map(|board| (board.name.clone(), Mutex::default()))
+                .collect()
+        });
+        let one = &BUILDING[&self.name];
+        let _one = one.lock().unwrap_or_else(PoisonError::into_inner);
         let target_dir = repository().join("target/firmware").join(&self.name);
         let mut cargo = Command::new(repository().join("scripts/cargo-for"));
         cargo
@@ -278,7 +305,7 @@ fn run(mut command: Command, name: &str) -> (Option<i32>, String) {
             child.kill().expect("a child to end");
             panic!("{name} hangs");
         }
-        std::thread::sleep(Duration::from_millis(10));
+        thread::sleep(Duration::from_millis(10));
     };
     (
         status.code(),

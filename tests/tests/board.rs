@@ -118,10 +118,7 @@ fn an_agent_of_any_width_computes_the_same() {
 #[test]
 fn boards_agree_with_the_host_in_every_bit() {
     let folder = tempfile::tempdir().expect("a folder");
-    for board in Board::emulated() {
-        if !board.is_available() {
-            continue;
-        }
+    Board::on_each_emulated(|board| {
         let decisions = board.emulation().test_decisions;
         let memory = firmware::pack(&policies(), decisions);
         let file = folder.path().join(&board.name);
@@ -137,7 +134,7 @@ fn boards_agree_with_the_host_in_every_bit() {
             board.name
         );
         assert_eq!(status, Some(0), "{}", board.name);
-    }
+    });
 }
 
 /// The lines of a golden run, as `selftest` reads them.
@@ -165,10 +162,7 @@ fn the_examples_selftest_is_golden_and_sees_a_difference() {
     let wrong = format!("{last}\n1000 0123456789abcdef\n");
     let error = selftest::check(&mut agent, &wrong).expect_err("another hash");
     assert!(error.to_string().contains("0123456789abcdef"), "{error}");
-    for board in Board::emulated() {
-        if !board.is_available() {
-            continue;
-        }
+    Board::on_each_emulated(|board| {
         let (status, printed) = board.run(&board.build("selftest"), &[]);
         assert_eq!(status, Some(0), "{}: {printed}", board.name);
         assert!(
@@ -180,7 +174,7 @@ fn the_examples_selftest_is_golden_and_sees_a_difference() {
         let (status, printed) = board.run(&board.build_with("selftest", &variables), &[]);
         assert_eq!(status, Some(1), "{}: {printed}", board.name);
         assert!(printed.contains("0123456789abcdef"), "{printed}");
-    }
+    });
 }
 
 fn folder_with_golden(text: &str) -> tempfile::NamedTempFile {
@@ -226,10 +220,8 @@ fn the_table_of_boards_is_that_of_the_folders() {
 
 #[test]
 fn the_examples_decide() {
-    for board in Board::emulated() {
-        if board.is_available() {
-            let (status, printed) = board.run(&board.build("decide"), &[]);
-            assert_eq!(status, Some(0), "{}: {printed}", board.name);
-        }
-    }
+    Board::on_each_emulated(|board| {
+        let (status, printed) = board.run(&board.build("decide"), &[]);
+        assert_eq!(status, Some(0), "{}: {printed}", board.name);
+    });
 }
