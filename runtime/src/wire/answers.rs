@@ -2,8 +2,8 @@
 
 use super::{Answer, Frame, Request, write};
 
-/// A request whose number is further above the last one begins a conversation, so that no number of a frame can make a
-/// controller deaf to more than as many requests after it.
+/// A request whose number is further above the last one begins a conversation. So a wrong number can make a controller deaf to
+/// at most as many requests after it.
 const AHEAD: u32 = 1024;
 /// The most numbers below the last one that are late. Half of all numbers are above.
 const LATE: u32 = 1 << 31;
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn no_number_makes_a_controller_deaf() {
+    fn no_far_number_makes_a_controller_deaf() {
         let mut answers = Answers::<64>::new();
         let (mut honest, message) = (u32::MAX - 5, Answer::Ready);
         for wild in [AHEAD + 1, AHEAD + 9, 1 << 31, u32::MAX - 5] {
