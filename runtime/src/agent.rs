@@ -135,7 +135,7 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
     ///
     /// `agent_seed` determines the random streams; where nothing is reset it is not used.
     pub fn reset(&mut self, what: Reset, agent_seed: u64) {
-        self.machine().sliced().reset(what, agent_seed);
+        self.machine().sliced().reset(what, agent_seed, true);
     }
 
     /// Sets registers, shared memory or both to their initial values, as in an ablation. Random streams and the front end
@@ -213,7 +213,7 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
     }
 
     #[inline(always)]
-    fn machine(&mut self) -> Machine<'_, 'p, S::Words> {
+    fn machine(&mut self) -> Machine<'_, 'p, f32, S::Words> {
         let parts = self.storage.parts(&self.policy.header);
         Machine {
             policy: &self.policy,
@@ -221,7 +221,7 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
             bids: parts.bids,
             visited: parts.visited,
             streams: parts.streams,
-            indexed: &mut self.indexed,
+            indexed: core::slice::from_mut(&mut self.indexed),
         }
     }
 

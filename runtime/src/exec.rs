@@ -12,6 +12,7 @@ mod vectors;
 use core::borrow::BorrowMut;
 
 use crate::blob::RegisterMode;
+use crate::math::{Mask, Word};
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
 use crate::tables::{Code, Program, ProgramId, Target, Team, TeamId};
@@ -19,19 +20,23 @@ use crate::trace::Observer;
 use crate::verify::Policy;
 
 use context::Context;
-pub(crate) use context::{fill_initial, reset_registers};
+pub(crate) use context::{fill_initial, lanes, reset_registers};
 use scalars::{load, scalars};
 pub use vectors::vectors;
 
-/// A policy with the state of its agent, wherever that is kept. `S` is an array or a slice of words.
-pub struct Machine<'s, 'p, S: ?Sized> {
+/// A policy with the state of its agent, wherever that is kept, or with the states of several agents that run in lock-step.
+/// `S` is an array or a slice of words.
+pub struct Machine<'s, 'p, V: Word, S: ?Sized> {
     pub policy: &'s Policy<'p>,
     pub words: &'s mut S,
     /// The bid of every program that ran in this decision. NaN for the others; no bid is ever NaN.
-    pub bids: &'s mut [f32],
-    pub visited: &'s mut [bool],
+    pub bids: &'s mut [V],
+    /// The lanes that have visited each team in this decision.
+    pub visited: &'s mut [V::Mask],
+    /// Those of the first stream, one for each lane, and so on.
     pub streams: &'s mut [Pcg32],
-    pub indexed: &'s mut IndexedStream,
+    /// One for each lane.
+    pub indexed: &'s mut [IndexedStream],
 }
 
 /// How a decision came about.
@@ -45,111 +50,165 @@ pub struct Path {
     pub teams: u16,
 }
 
-/// [`vectors`] of one vector width.
-pub type Vectors<O> = for<'c> fn(&mut [f32], &mut Context<'_, O>, Code<'c>) -> Code<'c>;
+impl Path {
+    /// Before the first team.
+    pub const START: Self = Path {
+        winner: ProgramId(0),
+        instructions: 0,
+        teams: 0,
+    };
+}
 
-/// One decision in progress.
-pub struct Run<'m, 's, 'p, S: ?Sized, O> {
-    pub machine: &'m mut Machine<'s, 'p, S>,
+/// [`vectors`] of one vector width.
+pub type Vectors<V, O> = for<'c> fn(&mut [V], &mut Context<'_, V, O>, Code<'c>) -> Code<'c>;
+
+/// One decision in progress, of each lane.
+pub struct Run<'m, 's, 'p, V: Word, S: ?Sized, O> {
+    pub machine: &'m mut Machine<'s, 'p, V, S>,
+    pub paths: V::Each<Path>,
     pub observer: O,
 }
 
-impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
-    /// Decides; the observation lies in the window already.
+impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> {
+    /// Decides in the lanes of the mask; their observations lie in the window already.
     ///
     /// `vectors` is an argument all the way and no field, so that compilers see which function it is and call it directly.
     #[inline(always)]
-    pub fn decide(&mut self, vectors: Vectors<O>) -> Path {
+    pub fn decide(&mut self, vectors: Vectors<V, O>, deciding: V::Mask) {
         let policy = self.machine.policy;
-        self.machine.bids.fill(f32::NAN);
-        self.machine.visited.fill(false);
-        let mut path = Path {
-            winner: ProgramId(0),
-            instructions: 0,
-            teams: 0,
-        };
-        let mut team_id = TeamId(0);
-        // A team is visited at most once: its programs that lead to visited teams take no part.
-        for _ in 0..policy.header.teams {
-            let Some(team) = policy.tables.team(team_id) else {
+        self.machine.bids.fill(V::splat(f32::NAN));
+        self.machine.visited.fill(V::Mask::NONE);
+        // The team that each lane comes to, `None` at the end of its path.
+        let mut next = V::each(None);
+        for lane in lanes::<V>(deciding) {
+            put(&mut next, lane, Some(TeamId(0)));
+        }
+        // A lane visits a team at most once: programs that lead to visited teams take no part.
+        for _ in 0..usize::from(policy.header.teams) * V::LANES {
+            let Some(team_id) = next.as_ref().iter().find_map(|team| *team) else {
                 break;
             };
-            if let Some(seen) = self.machine.visited.get_mut(usize::from(team_id.0)) {
-                *seen = true;
-            }
-            path.teams += 1;
-            self.observer.enter(team_id);
-            let mut best: Option<(f32, ProgramId, Target)> = None;
-            for program_id in policy.tables.members(&team) {
-                let Some(program) = policy.tables.program(program_id) else {
-                    continue;
+            let here = V::Mask::of(|lane| next.as_ref().get(lane) == Some(&Some(team_id)));
+            let (bids, winners) = self.visit(vectors, team_id, here);
+            for lane in lanes::<V>(here) {
+                let winner = winners.as_ref().get(lane).copied().unwrap_or_default();
+                let program = match bids.lane(lane).is_nan() {
+                    // No program could bid.
+                    true => None,
+                    false => policy.tables.program(winner),
                 };
-                if let Target::Team(TeamId(next)) = program.target
-                    && self.was_visited(next)
-                {
+                let target = program.map(|program| program.target);
+                if let (Some(target), Some(path)) = (target, self.paths.as_mut().get_mut(lane)) {
+                    path.winner = winner;
+                    self.observer.choose(winner, target);
+                }
+                let team = match target {
+                    Some(Target::Team(team)) => Some(team),
+                    _ => None,
+                };
+                put(&mut next, lane, team);
+            }
+        }
+    }
+
+    /// Lets the programs of a team bid. Returns each lane's highest bid, NaN if there is none, and the program that made it.
+    #[inline(always)]
+    fn visit(
+        &mut self,
+        vectors: Vectors<V, O>,
+        team_id: TeamId,
+        here: V::Mask,
+    ) -> (V, V::Each<ProgramId>) {
+        let policy = self.machine.policy;
+        let (mut best, mut winners) = (V::splat(f32::NAN), V::each(ProgramId(0)));
+        let Some(team) = policy.tables.team(team_id) else {
+            return (best, winners);
+        };
+        if let Some(seen) = self.machine.visited.get_mut(usize::from(team_id.0)) {
+            *seen = seen.or(here);
+        }
+        for lane in lanes::<V>(here) {
+            if let Some(path) = self.paths.as_mut().get_mut(lane) {
+                path.teams += 1;
+            }
+        }
+        self.observer.enter(team_id);
+        for program_id in policy.tables.members(&team) {
+            let Some(program) = policy.tables.program(program_id) else {
+                continue;
+            };
+            let mut bidding = here;
+            if let Target::Team(TeamId(next)) = program.target {
+                bidding = here.without(self.visited(next));
+                if !bidding.any() {
                     self.observer.skip(program_id);
                     continue;
                 }
-                let (bid, instructions) = self.bid(vectors, &team, program_id, &program);
-                path.instructions += instructions;
-                self.observer.bid(program_id, bid);
-                // Only a higher bid takes over: of equals the earlier program wins.
-                if best.is_none_or(|(highest, ..)| bid > highest) {
-                    best = Some((bid, program_id, program.target));
-                }
             }
-            let Some((_, winner, target)) = best else {
-                break;
-            };
-            path.winner = winner;
-            self.observer.choose(winner, target);
-            match target {
-                Target::Atomic(_) => break,
-                Target::Team(next) => team_id = next,
+            let bid = self.bid(vectors, &team, program_id, &program, bidding);
+            self.observer.bid(program_id, bid.lane(0));
+            // Only a higher bid takes over: of equals the earlier program wins.
+            let higher = bidding.and(bid.test2(best, |bid, best| bid > best || best.is_nan()));
+            best = bid.select(higher, best);
+            for lane in lanes::<V>(higher) {
+                put(&mut winners, lane, program_id);
             }
         }
-        path
+        (best, winners)
     }
 
+    /// The lanes that have visited a team.
     #[inline(always)]
-    fn was_visited(&self, team: u16) -> bool {
-        self.machine
-            .visited
-            .get(usize::from(team))
-            .is_none_or(|visited| *visited)
+    fn visited(&self, team: u16) -> V::Mask {
+        let visited = self.machine.visited.get(usize::from(team));
+        visited.copied().unwrap_or(V::Mask::ALL)
     }
 
-    /// The program's bid in this decision, and the instructions executed for it: none if another team has run it.
+    /// The program's bids in this decision. It runs in those lanes of `bidding` in which no other team has run it.
     #[inline(always)]
     fn bid(
         &mut self,
-        vectors: Vectors<O>,
+        vectors: Vectors<V, O>,
         team: &Team,
         program_id: ProgramId,
         program: &Program,
-    ) -> (f32, u32) {
+        bidding: V::Mask,
+    ) -> V {
         let number = usize::from(program_id.0);
-        if let Some(bid) = self.machine.bids.get(number)
-            && !bid.is_nan()
-        {
-            return (*bid, 0);
+        let known = self.machine.bids.get(number).copied();
+        let known = known.unwrap_or(V::splat(f32::NAN));
+        let running = bidding.and(known.test(f32::is_nan));
+        if !running.any() {
+            return known;
         }
         let policy = self.machine.policy;
         if policy.header.register_mode == RegisterMode::Stateless {
-            reset_registers(policy, self.machine.words.borrow_mut(), program);
+            reset_registers(policy, self.machine.words.borrow_mut(), program, running);
         }
         self.observer.run(program_id, program.code_len);
-        self.execute(vectors, team, program);
+        self.execute(vectors, team, program, running);
         let bid = load(self.machine.words.borrow_mut(), program.state_start);
+        let bid = bid.select(running, known);
         if let Some(place) = self.machine.bids.get_mut(number) {
             *place = bid;
         }
-        (bid, u32::from(program.code_len))
+        for lane in lanes::<V>(running) {
+            if let Some(path) = self.paths.as_mut().get_mut(lane) {
+                path.instructions += u32::from(program.code_len);
+            }
+        }
+        bid
     }
 
     /// Executes a program's code: stretches of scalar instructions and of all others in turn.
     #[inline(always)]
-    fn execute(&mut self, vectors: Vectors<O>, team: &Team, program: &Program) {
+    fn execute(
+        &mut self,
+        vectors: Vectors<V, O>,
+        team: &Team,
+        program: &Program,
+        running: V::Mask,
+    ) {
         let Machine {
             policy,
             words,
@@ -160,7 +219,7 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
         let mut code = policy.tables.code(program);
         // Each turn executes at least one instruction, so this bounds the loop whatever the two functions do.
         for _ in 0..=program.code_len {
-            code = scalars(policy, *words, &mut self.observer, code);
+            code = scalars(policy, *words, running, &mut self.observer, code);
             if code.is_empty() {
                 return;
             }
@@ -168,11 +227,20 @@ impl<S: BorrowMut<[f32]> + ?Sized, O: Observer> Run<'_, '_, '_, S, O> {
                 policy,
                 team,
                 program,
+                running,
                 streams,
                 indexed,
                 observer: &mut self.observer,
             };
             code = vectors((*words).borrow_mut(), &mut context, code);
         }
+    }
+}
+
+/// Sets a lane's value.
+#[inline(always)]
+fn put<T: Copy>(each: &mut impl AsMut<[T]>, lane: usize, value: T) {
+    if let Some(place) = each.as_mut().get_mut(lane) {
+        *place = value;
     }
 }

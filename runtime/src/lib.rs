@@ -31,6 +31,7 @@
 //! | `trace` | `Agent::decide_traced` tells an observer how a decision came about, and `health` watches sensors with it; results stay the same | off |
 //! | `any-width` | compiles agents of any width once, in this crate, which programs of several crates build faster by | off |
 //! | `std` | takes square roots from the standard library, which compilers turn into vectors; results stay the same | off |
+//! | `lanes` | `LaneAgent`: several agents of one policy in lock-step, for hosts that simulate many episodes; results stay the same | off |
 //! | `fast-checksum` | checks a blob faster, by a table of 16 KiB; results stay the same | off |
 //! | `defmt` | `defmt::Format` for actions, decisions and errors | off |
 //! | `serde` | `Serialize` for actions, decisions and errors, and `Deserialize` for those that borrow nothing | off |
@@ -73,6 +74,8 @@ pub mod hash;
 pub mod health;
 pub mod isa;
 pub mod known;
+#[cfg(feature = "lanes")]
+mod lane_agent;
 pub mod math;
 pub mod memory;
 mod outputs;
@@ -98,6 +101,8 @@ pub use agent::{Agent, HostAgent, HostState, SliceAgent};
 pub use blob::{Blob, Header};
 pub use decision::{Action, Decision, ObservationError, Reset, Restore};
 pub use known::{KnownAgent, LoadError};
+#[cfg(feature = "lanes")]
+pub use lane_agent::{LaneAgent, LaneSlices, MAX_LANE_WIDTH};
 pub use sizing::{Capacities, CapacityError};
 pub use storage::{Slices, State, Storage};
 pub use verify::{Bounds, MAX_OUTPUTS, MAX_WIDTH, MAX_WORDS, Policy, VerifyError};

@@ -14,10 +14,16 @@
 mod front_end;
 #[cfg(feature = "trace")]
 pub mod health;
+#[cfg(feature = "lanes")]
+mod lock_step;
 mod trigonometry;
+mod word;
 
 pub use front_end::{LIMIT, centred, changes, is_blank, predict, residual, standardise};
+#[cfg(feature = "lanes")]
+pub use lock_step::{LaneMask, Lanes};
 pub use trigonometry::{acos, asin, cos, sin, tan};
+pub use word::{Mask, Word};
 
 /// The number rule of the standard set: replaces a non-finite result by +0.
 #[inline(always)]
@@ -205,7 +211,7 @@ pub mod classic {
 /// Applies `f` to every element.
 #[inline(always)]
 #[must_use]
-pub fn map<const W: usize>(x: &[f32; W], f: impl Fn(f32) -> f32) -> [f32; W] {
+pub fn map<T: Copy, const W: usize>(x: &[T; W], f: impl Fn(T) -> T) -> [T; W] {
     let mut out = *x;
     for value in &mut out {
         *value = f(*value);
@@ -216,7 +222,7 @@ pub fn map<const W: usize>(x: &[f32; W], f: impl Fn(f32) -> f32) -> [f32; W] {
 /// Applies `f` to every pair of elements.
 #[inline(always)]
 #[must_use]
-pub fn zip<const W: usize>(x: &[f32; W], y: &[f32; W], f: impl Fn(f32, f32) -> f32) -> [f32; W] {
+pub fn zip<T: Copy, const W: usize>(x: &[T; W], y: &[T; W], f: impl Fn(T, T) -> T) -> [T; W] {
     let mut out = *x;
     for (value, y) in out.iter_mut().zip(y) {
         *value = f(*value, *y);
@@ -240,8 +246,8 @@ fn square_root(x: f32) -> f32 {
 ///
 /// Element k is added to partial sum k mod 4. The total is (p0 + p1) + (p2 + p3).
 #[inline(always)]
-fn sum(x: &[f32], f: impl Fn(f32) -> f32) -> f32 {
-    let mut partial = [0.0f32; 4];
+fn sum<V: Word>(x: &[V], f: impl Fn(V) -> V) -> V {
+    let mut partial = [V::ZERO; 4];
     let (quads, rest) = x.as_chunks::<4>();
     for quad in quads {
         for (p, x) in partial.iter_mut().zip(quad) {
@@ -255,55 +261,56 @@ fn sum(x: &[f32], f: impl Fn(f32) -> f32) -> f32 {
 }
 
 #[inline(always)]
-fn join([p0, p1, p2, p3]: [f32; 4]) -> f32 {
+fn join<V: Word>([p0, p1, p2, p3]: [V; 4]) -> V {
     (p0 + p1) + (p2 + p3)
 }
 
 /// Inner product. The products are summed in the same order as the squares in [`norm`].
 #[inline(always)]
 #[must_use]
-pub fn dot<const W: usize>(x: &[f32; W], y: &[f32; W]) -> f32 {
-    finite(sum(&zip(x, y, |x, y| x * y), |x| x))
+pub fn dot<V: Word, const W: usize>(x: &[V; W], y: &[V; W]) -> V {
+    sum(&zip(x, y, |x, y| x * y), |x| x).map(finite)
 }
 
 /// Euclidean norm of a vector. For a matrix given row by row it is the Frobenius norm.
 #[inline(always)]
 #[must_use]
-pub fn norm(x: &[f32]) -> f32 {
-    finite(square_root(sum(x, |x| x * x)))
+pub fn norm<V: Word>(x: &[V]) -> V {
+    sum(x, |x| x * x).map(square_root).map(finite)
 }
 
 /// Mean of the elements. 0 if there are none.
 #[inline(always)]
 #[must_use]
-pub fn mean(x: &[f32]) -> f32 {
-    finite(sum(x, |x| x) / x.len() as f32)
+pub fn mean<V: Word>(x: &[V]) -> V {
+    (sum(x, |x| x) / V::splat(x.len() as f32)).map(finite)
 }
 
 /// Population standard deviation in two passes. The number rule also applies to the mean that the first pass computes.
 #[inline(always)]
 #[must_use]
-pub fn std(x: &[f32]) -> f32 {
+pub fn std<V: Word>(x: &[V]) -> V {
     let m = mean(x);
-    finite(square_root(sum(x, |x| (x - m) * (x - m)) / x.len() as f32))
+    let variance = sum(x, |x| (x - m) * (x - m)) / V::splat(x.len() as f32);
+    variance.map(square_root).map(finite)
 }
 
 /// Euclidean norm of every column. The squares are summed in the same order as in [`norm`].
 #[inline(always)]
 #[must_use]
-pub fn column_norm<const W: usize>(rows: &[[f32; W]; W]) -> [f32; W] {
-    let mut partial = [[0.0f32; W]; 4];
+pub fn column_norm<V: Word, const W: usize>(rows: &[[V; W]; W]) -> [V; W] {
+    let mut partial = [[V::ZERO; W]; 4];
     for quad in rows.chunks(4) {
         for (p, row) in partial.iter_mut().zip(quad) {
             for (p, x) in p.iter_mut().zip(row) {
-                *p += x * x;
+                *p += *x * *x;
             }
         }
     }
     let [p0, p1, p2, p3] = &partial;
-    let mut out = [0.0; W];
+    let mut out = [V::ZERO; W];
     for ((((out, p0), p1), p2), p3) in out.iter_mut().zip(p0).zip(p1).zip(p2).zip(p3) {
-        *out = finite(square_root(join([*p0, *p1, *p2, *p3])));
+        *out = join([*p0, *p1, *p2, *p3]).map(square_root).map(finite);
     }
     out
 }
@@ -311,14 +318,14 @@ pub fn column_norm<const W: usize>(rows: &[[f32; W]; W]) -> [f32; W] {
 /// Matrix × vector. For each element, the products are added in order of ascending index k, starting from +0.
 #[inline(always)]
 #[must_use]
-pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
-    let mut out = [0.0; W];
+pub fn mat_vec<V: Word, const W: usize>(rows: &[[V; W]; W], x: &[V; W]) -> [V; W] {
+    let mut out = [V::ZERO; W];
     for (out, row) in out.iter_mut().zip(rows) {
-        let mut sum = 0.0f32;
+        let mut sum = V::ZERO;
         for (a, b) in row.iter().zip(x) {
-            sum += a * b;
+            sum += *a * *b;
         }
-        *out = finite(sum);
+        *out = sum.map(finite);
     }
     out
 }
@@ -326,27 +333,27 @@ pub fn mat_vec<const W: usize>(rows: &[[f32; W]; W], x: &[f32; W]) -> [f32; W] {
 /// Matrix × matrix. For each element, the products are added in order of ascending index k, starting from +0.
 #[inline(always)]
 #[must_use]
-pub fn mat_mul<const W: usize>(x: &[[f32; W]; W], y: &[[f32; W]; W]) -> [[f32; W]; W] {
+pub fn mat_mul<V: Word, const W: usize>(x: &[[V; W]; W], y: &[[V; W]; W]) -> [[V; W]; W] {
     x.each_ref().map(|row| row_mul(row, y))
 }
 
 /// One row of the result of [`mat_mul`]. `row` is the same row of the left factor.
 #[inline(always)]
-pub(crate) fn row_mul<const W: usize>(row: &[f32; W], y: &[[f32; W]; W]) -> [f32; W] {
-    let mut out = [0.0; W];
+pub(crate) fn row_mul<V: Word, const W: usize>(row: &[V; W], y: &[[V; W]; W]) -> [V; W] {
+    let mut out = [V::ZERO; W];
     for (x, y) in row.iter().zip(y) {
         for (out, y) in out.iter_mut().zip(y) {
-            *out += x * y;
+            *out += *x * *y;
         }
     }
-    map(&out, finite)
+    map(&out, |x| x.map(finite))
 }
 
 /// Transpose of a matrix.
 #[inline(always)]
 #[must_use]
-pub fn transpose<const W: usize>(x: &[[f32; W]; W]) -> [[f32; W]; W] {
-    let mut out = [[0.0; W]; W];
+pub fn transpose<V: Word, const W: usize>(x: &[[V; W]; W]) -> [[V; W]; W] {
+    let mut out = [[V::ZERO; W]; W];
     for (r, row) in x.iter().enumerate() {
         for (out, x) in out.iter_mut().zip(row) {
             if let Some(cell) = out.get_mut(r) {

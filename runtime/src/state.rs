@@ -4,20 +4,19 @@ use core::borrow::BorrowMut;
 
 use crate::blob::{ActionKind, MemoryModel};
 use crate::decision::{Action, Decision, ObservationError, Reset, Restore};
-use crate::exec::{self, Machine, Run, Vectors};
+use crate::exec::{self, Machine, Path, Run, Vectors, lanes};
 #[cfg(feature = "front-end")]
 use crate::front_end;
-use crate::math;
+use crate::math::{self, Mask, Word};
 use crate::memory::{IndexedStream, slot_stream};
 use crate::outputs::OutputSet;
-use crate::rng::Pcg32;
 use crate::tables::{Program, ProgramId, Range, Section, Target, Team, TeamId};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
-impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
+impl<'s, 'p, V: Word, S: BorrowMut<[V]> + ?Sized> Machine<'s, 'p, V, S> {
     /// The machine with its words as a slice, so that what follows is compiled once for all capacities.
-    pub(crate) fn sliced(self) -> Machine<'s, 'p, [f32]> {
+    pub(crate) fn sliced(self) -> Machine<'s, 'p, V, [V]> {
         Machine {
             policy: self.policy,
             words: self.words.borrow_mut(),
@@ -27,12 +26,14 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
             indexed: self.indexed,
         }
     }
+}
 
+impl<'s, S: BorrowMut<[f32]> + ?Sized> Machine<'s, '_, f32, S> {
     /// Decides on an observation, with `vectors` of the policy's width.
     #[inline(always)]
     pub(crate) fn decide<O: Observer>(
         self,
-        vectors: Vectors<O>,
+        vectors: Vectors<f32, O>,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         mut observer: O,
     ) -> Result<Decision<'s>, ObservationError> {
@@ -45,7 +46,7 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
     #[inline(always)]
     pub(crate) fn decide_exact<O: Observer>(
         self,
-        vectors: Vectors<O>,
+        vectors: Vectors<f32, O>,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         mut observer: O,
     ) -> Decision<'s> {
@@ -60,17 +61,18 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
     #[inline]
     fn act<O: Observer>(
         mut self,
-        vectors: Vectors<O>,
+        vectors: Vectors<f32, O>,
         standardising: u32,
         observer: O,
     ) -> Decision<'s> {
         let policy = self.policy;
         let mut run = Run {
             machine: &mut self,
+            paths: [Path::START],
             observer,
         };
-        let path = run.decide(vectors);
-        let mut observer = run.observer;
+        run.decide(vectors, true);
+        let (mut observer, [path]) = (run.observer, run.paths);
         let words = self.words.borrow_mut();
         Decision {
             action: take_action(policy, words, self.bids, path.winner, &mut observer),
@@ -81,39 +83,57 @@ impl<'s, 'p, S: BorrowMut<[f32]> + ?Sized> Machine<'s, 'p, S> {
     }
 }
 
-impl Machine<'_, '_, [f32]> {
+impl<V: Word> Machine<'_, '_, V, [V]> {
     /// Makes the state of a policy that was just loaded: resets everything, with seed 0.
     pub(crate) fn start(self) {
-        self.words.fill(0.0);
-        restore_memory(self.policy, self.words);
-        reset_registers(self.policy, self.words);
-        *self.indexed = seed_streams(self.policy, self.streams, 0);
+        self.words.fill(V::ZERO);
+        restore_memory(self.policy, self.words, V::Mask::ALL);
+        reset_registers(self.policy, self.words, V::Mask::ALL);
+        self.seed_streams(0, V::Mask::ALL);
     }
 
-    /// Begins an agent's evaluation or one of its episodes (thesis Algorithm 1).
-    pub(crate) fn reset(self, what: Reset, agent_seed: u64) {
+    /// Begins an agent's evaluation or one of its episodes (thesis Algorithm 1), in the lanes of the mask.
+    pub(crate) fn reset(self, what: Reset, agent_seed: u64, starting: V::Mask) {
         let scope = self.policy.header.reset_scope;
         let (registers, memory) = match what {
             Reset::Agent => scope.at_agent(),
             Reset::Episode => scope.at_episode(),
         };
-        clear_front_end(self.policy, self.words);
+        clear_front_end(self.policy, self.words, starting);
         if memory {
-            restore_memory(self.policy, self.words);
+            restore_memory(self.policy, self.words, starting);
         }
         if registers {
-            reset_registers(self.policy, self.words);
-            *self.indexed = seed_streams(self.policy, self.streams, agent_seed);
+            reset_registers(self.policy, self.words, starting);
+            self.seed_streams(agent_seed, starting);
         }
     }
 
     /// Sets registers or shared memory to their initial values. Random streams and the front end go on.
     pub(crate) fn restore(self, what: Restore) {
         if what != Restore::Registers {
-            restore_memory(self.policy, self.words);
+            restore_memory(self.policy, self.words, V::Mask::ALL);
         }
         if what != Restore::Memory {
-            reset_registers(self.policy, self.words);
+            reset_registers(self.policy, self.words, V::Mask::ALL);
+        }
+    }
+
+    /// Seeds the streams of team memory and of indexed memory.
+    fn seed_streams(self, agent_seed: u64, starting: V::Mask) {
+        for lane in lanes::<V>(starting) {
+            for bytes in self.policy.tables.teams {
+                let team = Team::from_bytes(bytes);
+                for section in Section::ALL {
+                    let number = team.stream(section).map(|s| s * V::LANES + lane);
+                    if let Some(stream) = number.and_then(|s| self.streams.get_mut(s)) {
+                        *stream = slot_stream(agent_seed, team.stream_key, section);
+                    }
+                }
+            }
+            if let Some(stream) = self.indexed.get_mut(lane) {
+                *stream = IndexedStream::new(agent_seed);
+            }
         }
     }
 }
@@ -156,6 +176,13 @@ fn observe<O: Observer>(
             *word = math::finite(x);
         }
     }
+    repeat(window, needed);
+    Ok(standardised.unwrap_or(0))
+}
+
+/// Fills the window with its first `needed` words, repeated cyclically.
+#[inline(always)]
+pub(crate) fn repeat<V: Copy>(window: &mut [V], needed: usize) {
     // Each turn doubles what is filled, so that a short observation in a long window takes few turns.
     let mut filled = needed.max(1);
     while let Some((done, rest)) = window.split_at_mut_checked(filled)
@@ -166,16 +193,17 @@ fn observe<O: Observer>(
         }
         filled *= 2;
     }
-    Ok(standardised.unwrap_or(0))
 }
 
 /// Clears the window and the model's words at the start of an episode, if a front end lets them outlive a decision.
 #[inline]
-fn clear_front_end(policy: &Policy<'_>, words: &mut [f32]) {
+fn clear_front_end<V: Word>(policy: &Policy<'_>, words: &mut [V], starting: V::Mask) {
     let header = &policy.header;
     if cfg!(feature = "front-end") && header.front_end.is_some() {
         let place = words.get_mut(..header.registers_start());
-        place.unwrap_or_default().fill(0.0);
+        for word in place.unwrap_or_default() {
+            *word = V::ZERO.over(*word, starting);
+        }
     }
 }
 
@@ -280,46 +308,34 @@ fn record_action(policy: &Policy<'_>, words: &mut [f32], action: u16) {
     let _ = (policy, words, action);
 }
 
-fn reset_registers(policy: &Policy<'_>, words: &mut [f32]) {
+fn reset_registers<V: Word>(policy: &Policy<'_>, words: &mut [V], starting: V::Mask) {
     for bytes in policy.tables.programs {
-        exec::reset_registers(policy, words, &Program::from_bytes(bytes));
+        exec::reset_registers(policy, words, &Program::from_bytes(bytes), starting);
     }
 }
 
 /// Sets shared memory to the image that the blob carries, else to its initial values.
-fn restore_memory(policy: &Policy<'_>, words: &mut [f32]) {
+fn restore_memory<V: Word>(policy: &Policy<'_>, words: &mut [V], starting: V::Mask) {
     let carried = policy.tables.memory;
     if !carried.is_empty() {
         let place = words.get_mut(policy.memory_start..);
         for (word, bytes) in place.unwrap_or_default().iter_mut().zip(carried) {
-            *word = f32::from_le_bytes(*bytes);
+            *word = V::splat(f32::from_le_bytes(*bytes)).over(*word, starting);
         }
         return;
     }
     if policy.header.memory_model == MemoryModel::Indexed {
         // The thesis clears indexed memory to zero (§2.5.1); only team memory has constants.
         let cells = words.get_mut(policy.cells_start()..);
-        cells.unwrap_or_default().fill(0.0);
+        for word in cells.unwrap_or_default() {
+            *word = V::ZERO.over(*word, starting);
+        }
     }
     let width = usize::from(policy.header.width);
     for bytes in policy.tables.teams {
         let team = Team::from_bytes(bytes);
         let len = team.memory_words(width);
         let (start, constants) = (team.memory_start, team.constants_start);
-        exec::fill_initial(policy, words, start, constants, len);
+        exec::fill_initial(policy, words, start, constants, len, starting);
     }
-}
-
-/// Seeds the streams of team memory, and returns the stream of indexed memory.
-fn seed_streams(policy: &Policy<'_>, streams: &mut [Pcg32], agent_seed: u64) -> IndexedStream {
-    for bytes in policy.tables.teams {
-        let team = Team::from_bytes(bytes);
-        for section in Section::ALL {
-            let place = team.stream(section).and_then(|s| streams.get_mut(s));
-            if let Some(stream) = place {
-                *stream = slot_stream(agent_seed, team.stream_key, section);
-            }
-        }
-    }
-    IndexedStream::new(agent_seed)
 }

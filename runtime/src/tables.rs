@@ -12,7 +12,7 @@ use crate::isa::{Op, REGISTERS, SLOTS};
 pub struct TeamId(pub u16);
 
 /// Number of a program in its policy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProgramId(pub u16);

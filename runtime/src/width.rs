@@ -13,7 +13,7 @@ pub(crate) mod sealed {
         /// The only width, or `None` for every width up to the limit.
         const ONLY: Option<u16>;
         /// The instructions on vectors and matrices of this width.
-        fn vectors<O: Watching>(width: u16) -> Vectors<O>;
+        fn vectors<O: Watching>(width: u16) -> Vectors<f32, O>;
     }
 }
 
@@ -32,8 +32,8 @@ impl<const W: usize> sealed::Sealed for Fixed<W> {
     const ONLY: Option<u16> = Some(W as u16);
 
     #[inline(always)]
-    fn vectors<O: Watching>(_: u16) -> Vectors<O> {
-        vectors::<W, O>
+    fn vectors<O: Watching>(_: u16) -> Vectors<f32, O> {
+        vectors::<f32, W, O>
     }
 }
 
@@ -41,7 +41,7 @@ impl sealed::Sealed for AnyWidth {
     const ONLY: Option<u16> = None;
 
     #[inline(always)]
-    fn vectors<O: Watching>(width: u16) -> Vectors<O> {
+    fn vectors<O: Watching>(width: u16) -> Vectors<f32, O> {
         O::vectors(width)
     }
 }
@@ -49,7 +49,7 @@ impl sealed::Sealed for AnyWidth {
 /// An observer for which agents of any width are compiled. There are two: none, and one behind a pointer.
 pub trait Watching: Observer + Sized {
     /// The instructions on vectors and matrices of this width.
-    fn vectors(width: u16) -> Vectors<Self>;
+    fn vectors(width: u16) -> Vectors<f32, Self>;
 }
 
 /// Neither generic nor inlined, so that with the feature `any-width` this crate holds the copies for all widths, and programs
@@ -60,7 +60,7 @@ macro_rules! watching {
         impl Watching for $observer {
             #[cfg_attr(feature = "any-width", inline(never))]
             #[cfg_attr(not(feature = "any-width"), inline)]
-            fn vectors(width: u16) -> Vectors<Self> {
+            fn vectors(width: u16) -> Vectors<f32, Self> {
                 dispatch!(width; 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
             }
         }
@@ -69,9 +69,9 @@ macro_rules! watching {
 macro_rules! dispatch {
     ($width:ident; $($w:literal)*) => {
         match $width {
-            $($w => vectors::<$w, Self>,)*
+            $($w => vectors::<f32, $w, Self>,)*
             // The verifier has refused every other width.
-            _ => vectors::<1, Self>,
+            _ => vectors::<f32, 1, Self>,
         }
     };
 }

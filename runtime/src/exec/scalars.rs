@@ -4,20 +4,20 @@ use core::borrow::BorrowMut;
 
 use super::context::read_cell;
 use crate::isa::{self, Group, Op};
-use crate::math::{HOST, classic, scalar};
+use crate::math::{HOST, Word, classic, scalar};
 use crate::tables::{Code, Instruction};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
 #[inline(always)]
-pub(super) fn load(words: &[f32], at: u16) -> f32 {
-    words.get(usize::from(at)).copied().unwrap_or(0.0)
+pub(super) fn load<V: Word>(words: &[V], at: u16) -> V {
+    words.get(usize::from(at)).copied().unwrap_or(V::ZERO)
 }
 
 #[inline(always)]
-pub(super) fn store(words: &mut [f32], at: u16, value: f32) {
+pub(super) fn store<V: Word>(words: &mut [V], at: u16, value: V, running: V::Mask) {
     if let Some(word) = words.get_mut(usize::from(at)) {
-        *word = value;
+        *word = value.over(*word, running);
     }
 }
 
@@ -26,9 +26,10 @@ pub(super) fn store(words: &mut [f32], at: u16, value: f32) {
 /// This is a function of its own with few arguments, so that the compiler keeps the loop's variables in registers. `S`
 /// is an array where the capacity is known: if it has room for every 16-bit offset, no access needs a check.
 #[inline(never)]
-pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
+pub(super) fn scalars<'c, V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer>(
     policy: &Policy<'_>,
     words: &mut S,
+    running: V::Mask,
     observer: &mut O,
     code: Code<'c>,
 ) -> Code<'c> {
@@ -51,22 +52,22 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
         // What an operation does, by its form and operands. All others end the loop.
         macro_rules! result {
             (Scalar $f:ident: S <- S, S) => {
-                scalar::$f(a, b)
+                a.zip(b, scalar::$f)
             };
             (Scalar $f:ident: S <- S, None) => {
-                scalar::$f(a)
+                a.map(scalar::$f)
             };
             (Scalar $f:ident: SUpdate <- $source:ident, S) => {
-                scalar::$f(load(words, d), a, b)
+                load(words, d).zip3(a, b, scalar::$f)
             };
             (Classic $f:ident: S <- S, None) => {
-                classic::$f(a)
+                a.map(classic::$f)
             };
             (Classic $f:ident: SUpdate <- S, None) => {
-                classic::$f(load(words, d), a)
+                load(words, d).zip(a, classic::$f)
             };
             (Classic $f:ident: SUpdate <- None, None) => {
-                classic::$f(load(words, d))
+                load(words, d).map(classic::$f)
             };
             (Move: S <- Cell, None) => {{
                 read_cell(policy, observer, at_a);
@@ -92,6 +93,6 @@ pub(super) fn scalars<'c, S: BorrowMut<[f32]> + ?Sized, O: Observer>(
             };
         }
         let result = isa::table!(dispatch);
-        store(words, d, result);
+        store(words, d, result, running);
     }
 }

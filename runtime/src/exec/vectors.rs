@@ -8,18 +8,19 @@ use super::elementwise::{
 use super::rows::{matrix, put_matrix, put_row, vector};
 use super::scalars::{load, store};
 use crate::isa::{self, Group, Op, Section};
-use crate::math::{self, lanes};
+use crate::math::{self, Mask, Word, lanes};
 use crate::tables::{Code, Instruction};
 use crate::trace::Observer;
 
 /// Runs instructions that touch vectors, matrices, constants or shared memory up to the first scalar one, and returns
 /// the code from there. `W` is the policy's vector width.
 #[inline(never)]
-pub fn vectors<'c, const W: usize, O: Observer>(
-    words: &mut [f32],
-    context: &mut Context<'_, O>,
+pub fn vectors<'c, V: Word, const W: usize, O: Observer>(
+    words: &mut [V],
+    context: &mut Context<'_, V, O>,
     code: Code<'c>,
 ) -> Code<'c> {
+    let running = context.running;
     let mut rest = code;
     while let [bytes, tail @ ..] = rest {
         let Some(i) = Instruction::from_bytes(bytes) else {
@@ -28,67 +29,70 @@ pub fn vectors<'c, const W: usize, O: Observer>(
         let [d, a, b] = [i.d, i.a, i.b].map(usize::from);
         // What an operation does, by its form and operands. All others end the loop.
         macro_rules! run {
-            (Each $f:ident: V <- V, V) => { zip_vector::<W>(words, [d, a, b], lanes::$f) };
-            (Each $f:ident: V <- V, None) => { map_vector::<W>(words, [d, a], lanes::$f) };
-            (Each $f:ident: M <- M, M) => { zip_matrix::<W>(words, [d, a, b], lanes::$f) };
-            (Each $f:ident: M <- M, None) => { map_matrix::<W>(words, [d, a], lanes::$f) };
-            (Scale $f:ident: V <- S, V) => { scale_vector::<W>(words, [i.d, i.a, i.b], lanes::$f) };
-            (Scale $f:ident: M <- S, M) => { scale_matrix::<W>(words, [i.d, i.a, i.b], lanes::$f) };
+            (Each $f:ident: V <- V, V) => { zip_vector::<V, W>(words, [d, a, b], running, lanes::$f) };
+            (Each $f:ident: V <- V, None) => { map_vector::<V, W>(words, [d, a], running, lanes::$f) };
+            (Each $f:ident: M <- M, M) => { zip_matrix::<V, W>(words, [d, a, b], running, lanes::$f) };
+            (Each $f:ident: M <- M, None) => { map_matrix::<V, W>(words, [d, a], running, lanes::$f) };
+            (Scale $f:ident: V <- S, V) => { scale_vector::<V, W>(words, [i.d, i.a, i.b], running, lanes::$f) };
+            (Scale $f:ident: M <- S, M) => { scale_matrix::<V, W>(words, [i.d, i.a, i.b], running, lanes::$f) };
             (Outer $f:ident: M <- V, V) => {{
-                let (x, y) = (*vector::<W>(words, a), *vector::<W>(words, b));
+                let (x, y) = (*vector::<V, W>(words, a), *vector::<V, W>(words, b));
                 for (r, x) in x.iter().enumerate() {
-                    put_row(words, d + r * W, &math::map(&y, |y| lanes::$f(*x, y)));
+                    put_row(words, d + r * W, &math::map(&y, |y| x.zip(y, lanes::$f)), running);
                 }
             }};
-            (Reduce $f:ident: S <- V, None) => { reduce_vector::<W>(words, [d, a], math::$f) };
-            (Reduce $f:ident: S <- M, None) => { reduce_matrix::<W>(words, [d, a], math::$f) };
-            (Rows $f:ident: V <- M, None) => { reduce_rows::<W>(words, [d, a], math::$f) };
-            (Whole $f:ident: S <- V, V) => {
-                store(words, i.d, math::$f(vector::<W>(words, a), vector::<W>(words, b)))
-            };
+            (Reduce $f:ident: S <- V, None) => { reduce_vector::<V, W>(words, [d, a], running, math::$f) };
+            (Reduce $f:ident: S <- M, None) => { reduce_matrix::<V, W>(words, [d, a], running, math::$f) };
+            (Rows $f:ident: V <- M, None) => { reduce_rows::<V, W>(words, [d, a], running, math::$f) };
+            (Whole $f:ident: S <- V, V) => {{
+                let value = math::$f(vector::<V, W>(words, a), vector::<V, W>(words, b));
+                store(words, i.d, value, running)
+            }};
             (Whole $f:ident: V <- M, V) => {{
                 let x = vector(words, b);
-                if let Some(value) = matrix::<W>(words, a).map(|m| math::$f(m, x)) {
-                    put_row(words, d, &value);
+                if let Some(value) = matrix::<V, W>(words, a).map(|m| math::$f(m, x)) {
+                    put_row(words, d, &value, running);
                 }
             }};
             (Whole $f:ident: V <- M, None) => {
-                if let Some(value) = matrix::<W>(words, a).map(math::$f) {
-                    put_row(words, d, &value);
+                if let Some(value) = matrix::<V, W>(words, a).map(math::$f) {
+                    put_row(words, d, &value, running);
                 }
             };
             (Whole $f:ident: M <- M, None) => {
-                if let Some(value) = matrix::<W>(words, a).map(math::$f) {
-                    put_matrix(words, d, &value);
+                if let Some(value) = matrix::<V, W>(words, a).map(math::$f) {
+                    put_matrix(words, d, &value, running);
                 }
             };
             (Whole mat_mul: M <- M, M) => {
-                if let Some(y) = matrix::<W>(words, b).copied() {
+                if let Some(y) = matrix::<V, W>(words, b).copied() {
                     // No row of the left factor is read twice, so the product may take its place row by row.
                     for r in 0..W {
-                        let row = math::row_mul(vector::<W>(words, a + r * W), &y);
-                        put_row(words, d + r * W, &row);
+                        let row = math::row_mul(vector::<V, W>(words, a + r * W), &y);
+                        put_row(words, d + r * W, &row, running);
                     }
                 }
             };
-            (Fill: V <- S, None) => { put_row(words, d, &[load(words, i.a); W]) };
-            (FillRows: M <- V, None) => { put_matrix(words, d, &[*vector::<W>(words, a); W]) };
+            (Fill: V <- S, None) => { put_row(words, d, &[load(words, i.a); W], running) };
+            (FillRows: M <- V, None) => { put_matrix(words, d, &[*vector::<V, W>(words, a); W], running) };
             (FillColumns: M <- V, None) => {{
-                let column = *vector::<W>(words, a);
+                let column = *vector::<V, W>(words, a);
                 for (r, x) in column.iter().enumerate() {
-                    put_row(words, d + r * W, &[*x; W]);
+                    put_row(words, d + r * W, &[*x; W], running);
                 }
             }};
-            (Latch: VUpdate <- S, V) => {
-                if math::opens(load(words, i.a)) {
-                    map_vector::<W>(words, [d, b], lanes::same)
+            (Latch: VUpdate <- S, V) => {{
+                let open = running.and(load(words, i.a).test(math::opens));
+                if open.any() {
+                    map_vector::<V, W>(words, [d, b], open, lanes::same)
                 }
-            };
-            (Latch: MUpdate <- S, M) => {
-                if math::opens(load(words, i.a)) {
-                    map_matrix::<W>(words, [d, b], lanes::same)
+            }};
+            (Latch: MUpdate <- S, M) => {{
+                let open = running.and(load(words, i.a).test(math::opens));
+                if open.any() {
+                    map_matrix::<V, W>(words, [d, b], open, lanes::same)
                 }
-            };
+            }};
             (Reload: S <- None, None) => { context.reload(words, i.d, 1) };
             (Reload: V <- None, None) => { context.reload(words, i.d, W) };
             (Reload: M <- None, None) => { context.reload(words, i.d, W * W) };

@@ -6,6 +6,7 @@
 
 use std::env;
 use std::hint::black_box;
+use std::ops::RangeInclusive;
 use std::process::{Command, ExitCode};
 
 use tpg_runtime::isa::Op;
@@ -13,7 +14,8 @@ use tpg_runtime::{Agent, HostAgent, Policy};
 use tpg_test_policies::draft::Draft;
 use tpg_test_policies::hostile::{self, readers, reads};
 use tpg_test_policies::shapes::{
-    ARITHMETIC, LONG, TRANSCENDENTAL, VECTORS, drifting_observations, straight, typical_graph,
+    ARITHMETIC, LONG, SHORT, TRANSCENDENTAL, VECTORS, drifting_observations, straight,
+    typical_graph,
 };
 
 const MATRICES: &[Op] = &[Op::MAdd, Op::MMul, Op::MatVec, Op::Outer, Op::Transpose];
@@ -41,9 +43,9 @@ fn line(mix: &[Op]) -> Ready {
     ready(straight(mix, 11, 200).encode(), vec![vec![0.5; 11]; 10])
 }
 
-fn graph(mix: &[Op], stateful: bool) -> Ready {
+fn graph(mix: &[Op], lengths: &RangeInclusive<u64>, stateful: bool) -> Ready {
     let observations = drifting_observations();
-    let (bytes, _) = typical_graph(mix, 9, &LONG, stateful, &observations);
+    let (bytes, _) = typical_graph(mix, 9, lengths, stateful, &observations);
     let some = observations.iter().step_by(100).map(|x| x.to_vec());
     ready(bytes, some.collect())
 }
@@ -76,9 +78,11 @@ const CASES: &[(&str, Make)] = &[
     ("matrix", || line(MATRICES)),
     ("product", || line(&[Op::MatMul])),
     ("reload", || line(SHARED)),
-    ("graph_stateless", || graph(ARITHMETIC, false)),
-    ("graph_stateful", || graph(ARITHMETIC, true)),
-    ("graph_transcendental", || graph(TRANSCENDENTAL, false)),
+    ("graph_stateless", || graph(ARITHMETIC, &LONG, false)),
+    ("graph_stateful", || graph(ARITHMETIC, &LONG, true)),
+    ("graph_transcendental", || graph(TRANSCENDENTAL, &LONG, false)),
+    ("graph_small_stateless", || graph(ARITHMETIC, &SHORT, false)),
+    ("graph_small_stateful", || graph(ARITHMETIC, &SHORT, true)),
     ("hostile_members", || hostile("hostile_members")),
     ("hostile_each", || hostile("hostile_each")),
     ("hostile_registers", || hostile("hostile_registers")),

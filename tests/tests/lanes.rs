@@ -1,0 +1,170 @@
+//! Agents in lock-step decide as single agents do: the same bits of actions and state, and the same counts.
+
+use tpg_runtime::blob::{MemoryModel, RegisterMode};
+use tpg_runtime::math::{LaneMask, Lanes, Mask as _, Word as _};
+use tpg_runtime::rng::Pcg32;
+use tpg_runtime::{Action, Capacities, HostAgent, LaneAgent, LaneSlices, Policy, Reset};
+use tpg_tests::draft::Draft;
+use tpg_tests::random::{self, Dice};
+
+const LANES: usize = 8;
+const DECISIONS: usize = 24;
+
+/// Memory for agents in lock-step.
+struct Memory {
+    words: Vec<Lanes<LANES>>,
+    bids: Vec<Lanes<LANES>>,
+    visited: Vec<LaneMask<LANES>>,
+    streams: Vec<[Pcg32; LANES]>,
+    outputs: Vec<f32>,
+}
+
+impl Memory {
+    fn of(policy: &Policy<'_>) -> Self {
+        let needed = Capacities::needed_by(policy.header());
+        Memory {
+            words: vec![Lanes::splat(f32::NAN); needed.words],
+            bids: vec![Lanes::splat(0.0); needed.programs],
+            visited: vec![LaneMask::ALL; needed.teams],
+            streams: vec![[(); LANES].map(|()| Pcg32::new(0, 0)); needed.streams],
+            outputs: vec![0.0; policy.header().outputs()],
+        }
+    }
+
+    fn slices(&mut self) -> LaneSlices<'_, LANES> {
+        LaneSlices {
+            words: &mut self.words,
+            bids: &mut self.bids,
+            visited: &mut self.visited,
+            streams: &mut self.streams,
+            outputs: &mut self.outputs,
+        }
+    }
+}
+
+/// An action's bits.
+fn bits(action: Action<'_>) -> Vec<u32> {
+    match action {
+        Action::Discrete(action) => vec![u32::from(action)],
+        Action::Continuous(values) => values.iter().map(|x| x.to_bits()).collect(),
+    }
+}
+
+/// Lets agents of a policy decide in lock-step and alone. Some lanes rest now and then, some start anew.
+fn compare(name: &str, draft: &Draft) -> bool {
+    let bytes = draft.encode();
+    let policy = Policy::load(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let header = policy.header();
+    if !LaneAgent::<LANES>::accepts(header) {
+        let mut memory = Memory::of(&policy);
+        assert!(
+            LaneAgent::new_in(policy, memory.slices()).is_err(),
+            "{name}"
+        );
+        return false;
+    }
+    let mut memory = Memory::of(&policy);
+    let mut together = LaneAgent::new_in(policy, memory.slices()).expect("room");
+    let mut alone: Vec<_> = (0..LANES)
+        .map(|_| Box::new(HostAgent::new(policy).expect("room")))
+        .collect();
+    let mut dice = Dice::new(7);
+    for decision in 0..DECISIONS {
+        let mut deciding = Vec::new();
+        for (lane, alone) in alone.iter_mut().enumerate() {
+            if decision == 0 || dice.below(10) == 0 {
+                let what = dice.pick(&[Reset::Agent, Reset::Episode]);
+                let seed = dice.bits();
+                together.reset(lane, what, seed);
+                alone.reset(what, seed);
+            }
+            deciding.push(dice.below(5) > 0);
+        }
+        let observations: Vec<Vec<f32>> = (0..LANES)
+            .map(|_| {
+                (0..header.observation_len)
+                    .map(|_| dice.measurement())
+                    .collect()
+            })
+            .collect();
+        for (lane, observation) in observations.iter().enumerate() {
+            if deciding[lane] {
+                together
+                    .observe(lane, observation)
+                    .expect("the right length");
+            }
+        }
+        together.decide(LaneMask::of(|lane| deciding[lane]));
+        for (lane, alone) in alone
+            .iter_mut()
+            .enumerate()
+            .filter(|(lane, _)| deciding[*lane])
+        {
+            let expected = alone.decide(&observations[lane]).expect("the right length");
+            let found = together.decision(lane);
+            let place = format!("{name}, decision {decision}, lane {lane}");
+            assert_eq!(bits(found.action), bits(expected.action), "{place}");
+            assert_eq!(
+                (found.winner, found.instructions, found.teams),
+                (expected.winner, expected.instructions, expected.teams),
+                "{place}"
+            );
+        }
+    }
+    let outputs = usize::from(header.window)..usize::from(header.window) + header.outputs();
+    for (lane, alone) in alone.iter().enumerate() {
+        let pairs = together.words(lane).zip(alone.words());
+        for (at, (found, expected)) in pairs.enumerate() {
+            // Lanes keep their outputs elsewhere, and the window of one that never decided is empty in both.
+            assert!(
+                outputs.contains(&at) || found.to_bits() == expected.to_bits(),
+                "{name}, lane {lane}: word {at} is {found}, not {expected}"
+            );
+        }
+    }
+    true
+}
+
+#[test]
+fn lanes_decide_as_single_agents() {
+    let mut kinds = std::collections::BTreeMap::new();
+    for seed in 0..1_500 {
+        let draft = random::policy(seed);
+        let accepted = compare(&format!("random policy {seed}"), &draft);
+        let header = &draft.header;
+        let kind = (
+            header.register_mode == RegisterMode::Stateful,
+            header.memory_model != MemoryModel::None,
+            draft.teams.len() > 1,
+        );
+        *kinds.entry(kind).or_insert(0) += usize::from(accepted);
+    }
+    println!("{kinds:?}");
+    assert!(kinds.values().all(|accepted| *accepted > 10), "{kinds:?}");
+}
+
+#[test]
+fn every_operation_is_the_same_in_lanes() {
+    let samples = tpg_tests::samples::all();
+    let accepted: Vec<_> = samples
+        .iter()
+        .filter(|(name, draft)| compare(name, draft))
+        .map(|(name, _)| *name)
+        .collect();
+    // The others' outputs have programs of their own.
+    assert_eq!(
+        accepted,
+        ["reactive", "zero", "team-memory", "classic", "copies"]
+    );
+}
+
+#[test]
+fn an_observation_of_another_length_is_refused() {
+    let draft = &tpg_tests::samples::all()[0].1;
+    let bytes = draft.encode();
+    let policy = Policy::load(&bytes).expect("a sample");
+    let mut memory = Memory::of(&policy);
+    let mut together = LaneAgent::new_in(policy, memory.slices()).expect("room");
+    let error = together.observe(0, &[1.0]).expect_err("too short");
+    assert_eq!(error.got, 1);
+}
