@@ -15,7 +15,7 @@ use crate::blob::RegisterMode;
 use crate::math::{Mask, Word};
 use crate::memory::IndexedStream;
 use crate::rng::Pcg32;
-use crate::tables::{Code, Program, ProgramId, Target, Team, TeamId};
+use crate::tables::{Code, Program, ProgramId, ProgramRecord, Target, Team, TeamId, TeamRecord};
 use crate::trace::Observer;
 use crate::verify::Policy;
 
@@ -39,25 +39,40 @@ pub struct Machine<'s, 'p, V: Word, S: ?Sized> {
     pub indexed: &'s mut [IndexedStream],
 }
 
-/// How a decision came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Path {
+/// How decisions came about, with a number for each lane.
+#[derive(Clone, Copy)]
+pub struct Paths<V: Word> {
     /// The program that won at the last team.
-    pub winner: ProgramId,
+    pub winner: <V::Mask as Mask>::Numbers,
     /// Instructions executed.
-    pub instructions: u32,
+    pub instructions: <V::Mask as Mask>::Numbers,
     /// Teams visited.
-    pub teams: u16,
+    pub teams: <V::Mask as Mask>::Numbers,
 }
 
-impl Path {
+impl<V: Word> Paths<V> {
     /// Before the first team.
-    pub const START: Self = Path {
-        winner: ProgramId(0),
-        instructions: 0,
-        teams: 0,
-    };
+    pub fn start() -> Self {
+        Paths {
+            winner: V::Mask::numbers(0),
+            instructions: V::Mask::numbers(0),
+            teams: V::Mask::numbers(0),
+        }
+    }
+
+    /// The winner, the number of instructions and that of teams in a lane.
+    #[inline(always)]
+    pub fn of(&self, lane: usize) -> (ProgramId, u32, u16) {
+        (
+            ProgramId(number(&self.winner, lane) as u16),
+            number(&self.instructions, lane),
+            number(&self.teams, lane) as u16,
+        )
+    }
 }
+
+/// No team: the end of a lane's path.
+const END: u32 = u32::MAX;
 
 /// [`vectors`] of one vector width.
 pub type Vectors<V, O> = for<'c> fn(&mut [V], &mut Context<'_, V, O>, Code<'c>) -> Code<'c>;
@@ -65,7 +80,7 @@ pub type Vectors<V, O> = for<'c> fn(&mut [V], &mut Context<'_, V, O>, Code<'c>) 
 /// One decision in progress, of each lane.
 pub struct Run<'m, 's, 'p, V: Word, S: ?Sized, O> {
     pub machine: &'m mut Machine<'s, 'p, V, S>,
-    pub paths: V::Each<Path>,
+    pub paths: Paths<V>,
     pub observer: O,
 }
 
@@ -78,35 +93,31 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
         let policy = self.machine.policy;
         self.machine.bids.fill(V::splat(f32::NAN));
         self.machine.visited.fill(V::Mask::NONE);
-        // The team that each lane comes to, `None` at the end of its path.
-        let mut next = V::each(None);
-        for lane in lanes::<V>(deciding) {
-            put(&mut next, lane, Some(TeamId(0)));
-        }
+        // The team that each lane comes to; of all lanes that have not reached the end of their paths, the first one's is visited.
+        let mut next = V::Mask::numbers(END);
+        deciding.put(&mut next, 0);
         // A lane visits a team at most once: programs that lead to visited teams take no part.
         for _ in 0..usize::from(policy.header.teams) * V::LANES {
-            let Some(team_id) = next.as_ref().iter().find_map(|team| *team) else {
+            let Some(team) = next.as_ref().iter().find(|team| **team != END) else {
                 break;
             };
-            let here = V::Mask::of(|lane| next.as_ref().get(lane) == Some(&Some(team_id)));
-            let (bids, winners) = self.visit(vectors, team_id, here);
-            for lane in lanes::<V>(here) {
-                let winner = winners.as_ref().get(lane).copied().unwrap_or_default();
-                let program = match bids.lane(lane).is_nan() {
-                    // No program could bid.
-                    true => None,
-                    false => policy.tables.program(winner),
-                };
-                let target = program.map(|program| program.target);
-                if let (Some(target), Some(path)) = (target, self.paths.as_mut().get_mut(lane)) {
-                    path.winner = winner;
-                    self.observer.choose(winner, target);
+            let team = *team;
+            let here = V::Mask::having(&next, team);
+            let (highest, winners) = self.visit(vectors, TeamId(team as u16), here);
+            here.put(&mut next, END);
+            let mut won = here.without(highest.test(f32::is_nan));
+            // Lanes that have the same winner go on together.
+            while let Some(lane) = lanes::<V>(won).next() {
+                let number = number(&winners, lane);
+                let alike = won.and(V::Mask::having(&winners, number));
+                won = won.without(alike);
+                let winner = ProgramId(number as u16);
+                let target = policy.tables.program(winner).unwrap_or_default().target;
+                alike.put(&mut self.paths.winner, number);
+                self.observer.choose(winner, target);
+                if let Target::Team(TeamId(team)) = target {
+                    alike.put(&mut next, u32::from(team));
                 }
-                let team = match target {
-                    Some(Target::Team(team)) => Some(team),
-                    _ => None,
-                };
-                put(&mut next, lane, team);
             }
         }
     }
@@ -118,41 +129,35 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
         vectors: Vectors<V, O>,
         team_id: TeamId,
         here: V::Mask,
-    ) -> (V, V::Each<ProgramId>) {
+    ) -> (V, <V::Mask as Mask>::Numbers) {
         let policy = self.machine.policy;
-        let (mut best, mut winners) = (V::splat(f32::NAN), V::each(ProgramId(0)));
-        let Some(team) = policy.tables.team(team_id) else {
+        let (mut best, mut winners) = (V::splat(f32::NAN), V::Mask::numbers(0));
+        let Some(team) = policy.tables.teams.get(usize::from(team_id.0)) else {
             return (best, winners);
         };
         if let Some(seen) = self.machine.visited.get_mut(usize::from(team_id.0)) {
             *seen = seen.or(here);
         }
-        for lane in lanes::<V>(here) {
-            if let Some(path) = self.paths.as_mut().get_mut(lane) {
-                path.teams += 1;
-            }
-        }
+        here.add(&mut self.paths.teams, 1);
         self.observer.enter(team_id);
-        for program_id in policy.tables.members(&team) {
-            let Some(program) = policy.tables.program(program_id) else {
+        for program_id in policy.tables.members(&Team::from_bytes(team)) {
+            let Some(program) = policy.tables.programs.get(usize::from(program_id.0)) else {
                 continue;
             };
             let mut bidding = here;
-            if let Target::Team(TeamId(next)) = program.target {
+            if let Target::Team(TeamId(next)) = Program::from_bytes(program).target {
                 bidding = here.without(self.visited(next));
                 if !bidding.any() {
                     self.observer.skip(program_id);
                     continue;
                 }
             }
-            let bid = self.bid(vectors, &team, program_id, &program, bidding);
+            let bid = self.bid(vectors, team, program_id, program, bidding);
             self.observer.bid(program_id, bid.lane(0));
             // Only a higher bid takes over: of equals the earlier program wins.
             let higher = bidding.and(bid.test2(best, |bid, best| bid > best || best.is_nan()));
             best = bid.select(higher, best);
-            for lane in lanes::<V>(higher) {
-                put(&mut winners, lane, program_id);
-            }
+            higher.put(&mut winners, u32::from(program_id.0));
         }
         (best, winners)
     }
@@ -169,9 +174,9 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
     fn bid(
         &mut self,
         vectors: Vectors<V, O>,
-        team: &Team,
+        team: &TeamRecord,
         program_id: ProgramId,
-        program: &Program,
+        program: &ProgramRecord,
         bidding: V::Mask,
     ) -> V {
         let number = usize::from(program_id.0);
@@ -181,33 +186,53 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
         if !running.any() {
             return known;
         }
-        let policy = self.machine.policy;
-        if policy.header.register_mode == RegisterMode::Stateless {
-            reset_registers(policy, self.machine.words.borrow_mut(), program, running);
-        }
-        self.observer.run(program_id, program.code_len);
-        self.execute(vectors, team, program, running);
-        let bid = load(self.machine.words.borrow_mut(), program.state_start);
+        let bid = self.run(vectors, team, program_id, program, running);
         let bid = bid.select(running, known);
         if let Some(place) = self.machine.bids.get_mut(number) {
             *place = bid;
         }
-        for lane in lanes::<V>(running) {
-            if let Some(path) = self.paths.as_mut().get_mut(lane) {
-                path.instructions += u32::from(program.code_len);
-            }
-        }
         bid
     }
 
-    /// Executes a program's code: stretches of scalar instructions and of all others in turn.
+    /// Runs the program and returns its bids.
     #[inline(always)]
-    fn execute(
+    fn run(
         &mut self,
         vectors: Vectors<V, O>,
-        team: &Team,
-        program: &Program,
+        team: &TeamRecord,
+        program_id: ProgramId,
+        record: &ProgramRecord,
         running: V::Mask,
+    ) -> V {
+        let policy = self.machine.policy;
+        let program = Program::from_bytes(record);
+        let words = &mut *self.machine.words;
+        if policy.header.register_mode == RegisterMode::Stateless {
+            reset_registers(policy, words.borrow_mut(), &program, running);
+        }
+        self.observer.run(program_id, program.code_len);
+        running.add(&mut self.paths.instructions, program.code_len.into());
+        let code = policy.tables.code(&program);
+        let rest = scalars(policy, words, running, &mut self.observer, code);
+        if !rest.is_empty() {
+            self.run_on(vectors, team, record, running, rest);
+        }
+        load(self.machine.words.borrow_mut(), program.state_start)
+    }
+
+    /// Executes what is left of a program's code at the first instruction that is not scalar: stretches of such instructions
+    /// and of scalar ones in turn.
+    ///
+    /// On hosts this is a function of its own, so that the walk over programs of scalar instructions has few variables.
+    #[cfg_attr(target_pointer_width = "64", inline(never))]
+    #[cfg_attr(not(target_pointer_width = "64"), inline(always))]
+    fn run_on(
+        &mut self,
+        vectors: Vectors<V, O>,
+        team: &TeamRecord,
+        program: &ProgramRecord,
+        running: V::Mask,
+        mut code: Code<'_>,
     ) {
         let Machine {
             policy,
@@ -216,13 +241,8 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
             indexed,
             ..
         } = &mut *self.machine;
-        let mut code = policy.tables.code(program);
         // Each turn executes at least one instruction, so this bounds the loop whatever the two functions do.
-        for _ in 0..=program.code_len {
-            code = scalars(policy, *words, running, &mut self.observer, code);
-            if code.is_empty() {
-                return;
-            }
+        for _ in 0..=code.len() {
             let mut context = Context {
                 policy,
                 team,
@@ -233,14 +253,16 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
                 observer: &mut self.observer,
             };
             code = vectors((*words).borrow_mut(), &mut context, code);
+            if code.is_empty() {
+                return;
+            }
+            code = scalars(policy, *words, running, &mut self.observer, code);
         }
     }
 }
 
-/// Sets a lane's value.
+/// A lane's number.
 #[inline(always)]
-fn put<T: Copy>(each: &mut impl AsMut<[T]>, lane: usize, value: T) {
-    if let Some(place) = each.as_mut().get_mut(lane) {
-        *place = value;
-    }
+fn number(numbers: &impl AsRef<[u32]>, lane: usize) -> u32 {
+    numbers.as_ref().get(lane).copied().unwrap_or(0)
 }

@@ -2,7 +2,7 @@
 
 use crate::blob::{ActionKind, Header};
 use crate::decision::{Action, Decision, ObservationError, Reset};
-use crate::exec::{Machine, Path, Run, Vectors, vectors};
+use crate::exec::{Machine, Paths, Run, Vectors, vectors};
 use crate::isa::Group;
 use crate::math::{self, LaneMask, Lanes, Mask, Word};
 use crate::memory::IndexedStream;
@@ -39,7 +39,7 @@ pub struct LaneAgent<'s, 'p, const L: usize> {
     slices: LaneSlices<'s, L>,
     indexed: [IndexedStream; L],
     vectors: Vectors<Lanes<L>, ()>,
-    paths: [Path; L],
+    paths: Paths<Lanes<L>>,
 }
 
 impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
@@ -74,7 +74,7 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
             indexed: [IndexedStream::default(); L],
             // Without it the check above has failed: no policy's width is 0.
             vectors: vectors.unwrap_or(self::vectors::<Lanes<L>, 1, ()>),
-            paths: [Path::START; L],
+            paths: Paths::start(),
         };
         agents.machine().start();
         Ok(agents)
@@ -121,7 +121,7 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
         state::repeat(machine.words.get_mut(..window).unwrap_or_default(), needed);
         let mut run = Run {
             machine: &mut machine,
-            paths: [Path::START; L],
+            paths: Paths::start(),
             observer: (),
         };
         run.decide(vectors, deciding);
@@ -130,12 +130,12 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
 
     /// What a lane has decided last.
     pub fn decision(&mut self, lane: usize) -> Decision<'_> {
-        let path = self.paths.get(lane).copied().unwrap_or(Path::START);
+        let (winner, instructions, teams) = self.paths.of(lane);
         Decision {
-            action: self.action(lane, path.winner),
-            winner: path.winner,
-            instructions: path.instructions,
-            teams: path.teams,
+            action: self.action(lane, winner),
+            winner,
+            instructions,
+            teams,
         }
     }
 

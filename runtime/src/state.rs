@@ -4,7 +4,7 @@ use core::borrow::BorrowMut;
 
 use crate::blob::{ActionKind, MemoryModel};
 use crate::decision::{Action, Decision, ObservationError, Reset, Restore};
-use crate::exec::{self, Machine, Path, Run, Vectors, lanes};
+use crate::exec::{self, Machine, Paths, Run, Vectors, lanes};
 #[cfg(feature = "front-end")]
 use crate::front_end;
 use crate::math::{self, Mask, Word};
@@ -68,17 +68,18 @@ impl<'s, S: BorrowMut<[f32]> + ?Sized> Machine<'s, '_, f32, S> {
         let policy = self.policy;
         let mut run = Run {
             machine: &mut self,
-            paths: [Path::START],
+            paths: Paths::start(),
             observer,
         };
         run.decide(vectors, true);
-        let (mut observer, [path]) = (run.observer, run.paths);
+        let (winner, instructions, teams) = run.paths.of(0);
+        let mut observer = run.observer;
         let words = self.words.borrow_mut();
         Decision {
-            action: take_action(policy, words, self.bids, path.winner, &mut observer),
-            winner: path.winner,
-            instructions: standardising + path.instructions,
-            teams: path.teams,
+            action: take_action(policy, words, self.bids, winner, &mut observer),
+            winner,
+            instructions: standardising + instructions,
+            teams,
         }
     }
 }

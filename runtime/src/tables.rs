@@ -94,40 +94,15 @@ impl Team {
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
-        let [
-            a0,
-            a1,
-            a2,
-            a3,
-            b0,
-            b1,
-            s0,
-            s1,
-            s2,
-            _,
-            k0,
-            k1,
-            k2,
-            k3,
-            c0,
-            c1,
-            c2,
-            c3,
-            m0,
-            m1,
-            r0,
-            r1,
-            _,
-            _,
-        ] = *bytes;
+        let [.., s0, s1, s2, _] = *chunk::<10>(bytes, 0);
         Team {
-            members_start: u32::from_le_bytes([a0, a1, a2, a3]),
-            members_len: u16::from_le_bytes([b0, b1]),
+            members_start: u32::from_le_bytes(*chunk(bytes, 0)),
+            members_len: u16::from_le_bytes(*chunk(bytes, 4)),
             slots: [s0, s1, s2],
-            stream_key: u32::from_le_bytes([k0, k1, k2, k3]),
-            constants_start: u32::from_le_bytes([c0, c1, c2, c3]),
-            memory_start: u16::from_le_bytes([m0, m1]),
-            streams_start: u16::from_le_bytes([r0, r1]),
+            stream_key: u32::from_le_bytes(*chunk(bytes, 10)),
+            constants_start: u32::from_le_bytes(*chunk(bytes, 14)),
+            memory_start: u16::from_le_bytes(*chunk(bytes, 18)),
+            streams_start: u16::from_le_bytes(*chunk(bytes, 20)),
         }
     }
 
@@ -253,36 +228,14 @@ impl Program {
     #[inline(always)]
     #[must_use]
     pub const fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
-        let [
-            a0,
-            a1,
-            a2,
-            a3,
-            b0,
-            b1,
-            t0,
-            t1,
-            c0,
-            c1,
-            c2,
-            c3,
-            s0,
-            s1,
-            o0,
-            o1,
-            n0,
-            n1,
-            n2,
-            _,
-        ] = *bytes;
         Program {
-            code_start: u32::from_le_bytes([a0, a1, a2, a3]),
-            code_len: u16::from_le_bytes([b0, b1]),
-            target: Target::decode(u16::from_le_bytes([t0, t1])),
-            constants_start: u32::from_le_bytes([c0, c1, c2, c3]),
-            state_start: u16::from_le_bytes([s0, s1]),
-            output: u16::from_le_bytes([o0, o1]),
-            registers: [n0, n1, n2],
+            code_start: u32::from_le_bytes(*chunk(bytes, 0)),
+            code_len: u16::from_le_bytes(*chunk(bytes, 4)),
+            target: Target::decode(u16::from_le_bytes(*chunk(bytes, 6))),
+            constants_start: u32::from_le_bytes(*chunk(bytes, 8)),
+            state_start: u16::from_le_bytes(*chunk(bytes, 12)),
+            output: u16::from_le_bytes(*chunk(bytes, 14)),
+            registers: *chunk(bytes, 16),
         }
     }
 
@@ -393,6 +346,10 @@ impl Range {
     }
 }
 
+/// A team as stored.
+pub(crate) type TeamRecord = [u8; Team::BYTES];
+/// A program as stored.
+pub(crate) type ProgramRecord = [u8; Program::BYTES];
 /// Instructions as stored.
 pub(crate) type Code<'c> = &'c [[u8; Instruction::BYTES]];
 
@@ -458,6 +415,19 @@ impl<'a> Tables<'a> {
     pub fn code(&self, program: &Program) -> &'a [[u8; Instruction::BYTES]] {
         span(self.code, program.code_start, program.code_len).unwrap_or_default()
     }
+}
+
+/// `N` bytes of a record from `at`; zeros if it has fewer.
+///
+/// A record that is taken apart byte by byte is also loaded so, which costs more than most operations do.
+#[inline(always)]
+const fn chunk<const N: usize>(record: &[u8], at: usize) -> &[u8; N] {
+    if let Some((_, rest)) = record.split_at_checked(at)
+        && let Some(chunk) = rest.first_chunk()
+    {
+        return chunk;
+    }
+    &[0; N]
 }
 
 /// `len` entries of a table from `start`, `None` if the table is shorter.

@@ -1,10 +1,14 @@
-//! Agents in lock-step decide as single agents do: the same bits of actions and state, and the same counts.
+//! Agents in lock-step decide as single agents do: the same bits of actions and state, and the same counts. Episodes side by
+//! side are those that run one after another.
 
 use tpg_runtime::blob::{MemoryModel, RegisterMode};
 use tpg_runtime::math::{LaneMask, Lanes, Mask as _, Word as _};
 use tpg_runtime::rng::Pcg32;
 use tpg_runtime::{Action, Capacities, HostAgent, LaneAgent, LaneSlices, Policy, Reset};
+use tpg_tasks::eval::{Arena, Conditions, Disturbance, Lanes as SideBySide, Line, Link, evaluate};
+use tpg_tasks::task::{self, Wrappers, parse_stack};
 use tpg_tests::draft::Draft;
+use tpg_tests::fixtures::three_teams;
 use tpg_tests::random::{self, Dice};
 
 const LANES: usize = 8;
@@ -167,4 +171,81 @@ fn an_observation_of_another_length_is_refused() {
     let mut together = LaneAgent::new_in(policy, memory.slices()).expect("room");
     let error = together.observe(0, &[1.0]).expect_err("too short");
     assert_eq!(error.got, 1);
+}
+
+/// An arena of a task whose observations are blank now and then and arrive late, if `disturbed`.
+fn arena(name: &str, disturbed: bool) -> Arena {
+    let task = task::create(name).expect("a native task");
+    let stack = parse_stack("blackout:1/3").expect("a stack");
+    let wrappers = Wrappers::new(&stack, task.spec()).expect("it fits");
+    let disturbances: Vec<Disturbance> = match disturbed {
+        true => vec![
+            "delay:1".parse().expect("a disturbance"),
+            "loss:1/10".parse().expect("one"),
+        ],
+        false => Vec::new(),
+    };
+    let link = Link {
+        inputs: wrappers.inputs(),
+        outputs: &task.spec().outputs,
+        actions: task.spec().actions,
+        period_us: task.spec().period_us,
+    };
+    let line = Line::new(&disturbances, &link).expect("it fits");
+    Arena::new(task, wrappers).with_line(line)
+}
+
+#[test]
+fn episodes_side_by_side_are_those_one_after_another() {
+    let seeds: Vec<u64> = (100..121).collect();
+    let easier = Conditions {
+        stage: 1,
+        stages: 2,
+        max_steps: 70,
+    };
+    for name in [
+        "cartpole",
+        "pendulum",
+        "acrobot",
+        "tmaze:10",
+        "repeat-previous:easy",
+        "noisy-position-only-pendulum",
+    ] {
+        for mode in [RegisterMode::Stateless, RegisterMode::Stateful] {
+            for (disturbed, conditions) in [(false, Conditions::default()), (true, easier)] {
+                let bytes = three_teams(name, mode);
+                let policy = Policy::load(&bytes).expect("a well-formed policy");
+                let mut one = arena(name, disturbed);
+                let mut lanes = SideBySide::of(&one).expect("a native task");
+                one.impose(conditions);
+                lanes.impose(conditions);
+                let mut agent = Box::new(HostAgent::new(policy).expect("room"));
+                let expected = evaluate(&mut one, &mut *agent, seeds.clone()).expect("it fits");
+                let found = lanes
+                    .run(policy, &seeds, || false)
+                    .expect("lanes accept it");
+                let found: Vec<_> = found.into_iter().flatten().collect();
+                assert_eq!(found, expected, "{name}, {mode:?}, disturbed {disturbed}");
+                // Fewer episodes than lanes, in lanes that were used before.
+                let few = lanes
+                    .run(policy, &seeds[..3], || false)
+                    .expect("lanes accept it");
+                assert_eq!(
+                    few,
+                    expected[..3].iter().copied().map(Some).collect::<Vec<_>>()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn episodes_side_by_side_stop_when_asked() {
+    let bytes = three_teams("cartpole", RegisterMode::Stateful);
+    let policy = Policy::load(&bytes).expect("a well-formed policy");
+    let mut lanes = SideBySide::of(&arena("cartpole", false)).expect("a native task");
+    let stopped = lanes
+        .run(policy, &[1, 2], || true)
+        .expect("lanes accept it");
+    assert_eq!(stopped, [None, None]);
 }

@@ -5,15 +5,16 @@ use crate::isa::{REGISTERS, Section};
 use crate::math::{Mask, Word};
 use crate::memory::{IndexedStream, draw_slot};
 use crate::rng::Pcg32;
-use crate::tables::{Instruction, Program, Team};
+use crate::tables::{Instruction, Program, ProgramRecord, Team, TeamRecord};
 use crate::trace::{MemoryAddress, Observer};
 use crate::verify::Policy;
 
 /// The program that runs, the team that runs it, and the memory that they share with others.
 pub struct Context<'m, V: Word, O> {
     pub policy: &'m Policy<'m>,
-    pub team: &'m Team,
-    pub program: &'m Program,
+    /// As stored, since most programs read nothing of either.
+    pub team: &'m TeamRecord,
+    pub program: &'m ProgramRecord,
     /// The lanes that run the program.
     pub running: V::Mask,
     /// Those of the first stream, one for each lane, and so on.
@@ -26,14 +27,16 @@ pub struct Context<'m, V: Word, O> {
 impl<V: Word, O: Observer> Context<'_, V, O> {
     /// Sets the register at `d` to its evolved constants: both lie equally far from their starts.
     pub(super) fn reload(&self, words: &mut [V], d: u16, len: usize) {
-        let offset = u32::from(d.saturating_sub(self.program.state_start));
-        let constants_start = self.program.constants_start + offset;
+        let program = Program::from_bytes(self.program);
+        let offset = u32::from(d.saturating_sub(program.state_start));
+        let constants_start = program.constants_start + offset;
         fill_initial(self.policy, words, d, constants_start, len, self.running);
     }
 
     /// Writes the register at `source` to a random slot (thesis Equation 3.4.1). Slots that nobody reads are not kept.
     pub(super) fn write(&mut self, words: &mut [V], section: Section, source: usize, width: usize) {
-        let Some(stream) = self.team.stream(section) else {
+        let team = Team::from_bytes(self.team);
+        let Some(stream) = team.stream(section) else {
             return;
         };
         let distribution = self.policy.header.write_distribution.built();
@@ -42,7 +45,7 @@ impl<V: Word, O: Observer> Context<'_, V, O> {
                 return;
             };
             let slot = draw_slot(stream, distribution);
-            if let Some(start) = self.team.slot_start(section, slot, width) {
+            if let Some(start) = team.slot_start(section, slot, width) {
                 self.observer
                     .write(MemoryAddress::Slot(section, slot as u16));
                 copy(
@@ -64,7 +67,8 @@ impl<V: Word, O: Observer> Context<'_, V, O> {
         Instruction { d, a, b, .. }: Instruction,
         width: usize,
     ) {
-        if let Some(start) = self.team.slot_start(section, usize::from(a), width) {
+        if let Some(start) = Team::from_bytes(self.team).slot_start(section, usize::from(a), width)
+        {
             self.observer.read(MemoryAddress::Slot(section, a));
             copy(
                 words,
@@ -84,7 +88,7 @@ impl<V: Word, O: Observer> Context<'_, V, O> {
         [d, slot]: [usize; 2],
         width: usize,
     ) {
-        if let Some(start) = self.team.slot_start(section, slot, width) {
+        if let Some(start) = Team::from_bytes(self.team).slot_start(section, slot, width) {
             self.observer
                 .read(MemoryAddress::Slot(section, slot as u16));
             copy(words, start, d, section.slot_words(width), self.running);
@@ -98,6 +102,7 @@ impl<V: Word, O: Observer> Context<'_, V, O> {
             return;
         }
         let first = self.policy.cells_start();
+        let registers = usize::from(Program::from_bytes(self.program).state_start);
         let distribution = self.policy.header.write_distribution.built();
         for lane in lanes::<V>(self.running) {
             let Some(stream) = self.indexed.get_mut(lane) else {
@@ -107,8 +112,7 @@ impl<V: Word, O: Observer> Context<'_, V, O> {
             for (k, cell) in write.reached(self.policy.tables.cells, distribution) {
                 self.observer.write(MemoryAddress::Cell(cell));
                 let column = usize::from(cell) % REGISTERS;
-                let register = usize::from(self.program.state_start) + column;
-                copy(words, register, first + k, 1, only::<V>(lane));
+                copy(words, registers + column, first + k, 1, only::<V>(lane));
             }
         }
     }

@@ -22,7 +22,6 @@ impl<const L: usize> Word for Lanes<L> {
     const LANES: usize = L;
     const ZERO: Self = Lanes([0.0; L]);
     type Mask = LaneMask<L>;
-    type Each<T: Copy> = [T; L];
 
     #[inline(always)]
     fn zeros<'z, const W: usize>() -> &'z [Self; W] {
@@ -85,14 +84,10 @@ impl<const L: usize> Word for Lanes<L> {
     fn lane(self, lane: usize) -> f32 {
         self.0.get(lane).copied().unwrap_or(0.0)
     }
-
-    #[inline(always)]
-    fn each<T: Copy>(value: T) -> [T; L] {
-        [value; L]
-    }
 }
 
 impl<const L: usize> Mask for LaneMask<L> {
+    type Numbers = [u32; L];
     const NONE: Self = LaneMask([0; L]);
     const ALL: Self = LaneMask([u32::MAX; L]);
 
@@ -124,6 +119,30 @@ impl<const L: usize> Mask for LaneMask<L> {
     #[inline(always)]
     fn without(self, other: Self) -> Self {
         self.combine(other, |x, y| x & !y)
+    }
+
+    #[inline(always)]
+    fn numbers(number: u32) -> [u32; L] {
+        [number; L]
+    }
+
+    #[inline(always)]
+    fn having(numbers: &[u32; L], number: u32) -> Self {
+        LaneMask(numbers.map(|own| bits(own == number)))
+    }
+
+    #[inline(always)]
+    fn put(self, numbers: &mut [u32; L], number: u32) {
+        for (own, mask) in numbers.iter_mut().zip(self.0) {
+            *own = (number & mask) | (*own & !mask);
+        }
+    }
+
+    #[inline(always)]
+    fn add(self, numbers: &mut [u32; L], number: u32) {
+        for (own, mask) in numbers.iter_mut().zip(self.0) {
+            *own = own.wrapping_add(number & mask);
+        }
     }
 }
 

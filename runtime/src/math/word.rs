@@ -15,8 +15,6 @@ pub trait Word:
     const ZERO: Self;
     /// A choice of lanes.
     type Mask: Mask;
-    /// One value for each lane.
-    type Each<T: Copy>: AsRef<[T]> + AsMut<[T]>;
 
     /// A vector of zeros, for good.
     fn zeros<'z, const W: usize>() -> &'z [Self; W];
@@ -38,12 +36,12 @@ pub trait Word:
     fn over(self, old: Self, running: Self::Mask) -> Self;
     /// The number of a lane.
     fn lane(self, lane: usize) -> f32;
-    /// The same value for every lane.
-    fn each<T: Copy>(value: T) -> Self::Each<T>;
 }
 
 /// A choice of lanes.
 pub trait Mask: Copy {
+    /// A whole number for each lane.
+    type Numbers: Copy + AsRef<[u32]>;
     /// No lane.
     const NONE: Self;
     /// Every lane.
@@ -61,13 +59,20 @@ pub trait Mask: Copy {
     fn or(self, other: Self) -> Self;
     /// The lanes of this that the other has not.
     fn without(self, other: Self) -> Self;
+    /// The same number for every lane.
+    fn numbers(number: u32) -> Self::Numbers;
+    /// The lanes that have this number.
+    fn having(numbers: &Self::Numbers, number: u32) -> Self;
+    /// Gives the lanes of this mask a number.
+    fn put(self, numbers: &mut Self::Numbers, number: u32);
+    /// Adds to the numbers of the lanes of this mask.
+    fn add(self, numbers: &mut Self::Numbers, number: u32);
 }
 
 impl Word for f32 {
     const LANES: usize = 1;
     const ZERO: Self = 0.0;
     type Mask = bool;
-    type Each<T: Copy> = [T; 1];
 
     #[inline(always)]
     fn zeros<'z, const W: usize>() -> &'z [Self; W] {
@@ -118,14 +123,10 @@ impl Word for f32 {
     fn lane(self, _: usize) -> f32 {
         self
     }
-
-    #[inline(always)]
-    fn each<T: Copy>(value: T) -> [T; 1] {
-        [value]
-    }
 }
 
 impl Mask for bool {
+    type Numbers = [u32; 1];
     const NONE: Self = false;
     const ALL: Self = true;
 
@@ -157,5 +158,29 @@ impl Mask for bool {
     #[inline(always)]
     fn without(self, other: Self) -> Self {
         self && !other
+    }
+
+    #[inline(always)]
+    fn numbers(number: u32) -> [u32; 1] {
+        [number]
+    }
+
+    #[inline(always)]
+    fn having([own]: &[u32; 1], number: u32) -> Self {
+        *own == number
+    }
+
+    #[inline(always)]
+    fn put(self, [own]: &mut [u32; 1], number: u32) {
+        if self {
+            *own = number;
+        }
+    }
+
+    #[inline(always)]
+    fn add(self, [own]: &mut [u32; 1], number: u32) {
+        if self {
+            *own += number;
+        }
     }
 }

@@ -80,7 +80,9 @@ const CASES: &[(&str, Make)] = &[
     ("reload", || line(SHARED)),
     ("graph_stateless", || graph(ARITHMETIC, &LONG, false)),
     ("graph_stateful", || graph(ARITHMETIC, &LONG, true)),
-    ("graph_transcendental", || graph(TRANSCENDENTAL, &LONG, false)),
+    ("graph_transcendental", || {
+        graph(TRANSCENDENTAL, &LONG, false)
+    }),
     ("graph_small_stateless", || graph(ARITHMETIC, &SHORT, false)),
     ("graph_small_stateful", || graph(ARITHMETIC, &SHORT, true)),
     ("hostile_members", || hostile("hostile_members")),

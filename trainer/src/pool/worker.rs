@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use tpg_runtime::{HostAgent, Policy, Reset};
-use tpg_tasks::eval::{Arena, Conditions, Episode};
+use tpg_tasks::eval::{Arena, Conditions, Episode, Lanes};
 
 use crate::front_end::{Recorded, Recorder, Recording};
 use crate::monitor::{EndedEarly, Monitor, Stoppable};
@@ -33,13 +33,17 @@ pub(crate) struct Episodes<'a> {
 /// An arena, with a recorder once something has been recorded in it.
 pub(crate) struct RecordingArena {
     arena: Arena,
+    /// For episodes side by side, where the task allows it.
+    lanes: Option<Lanes>,
     recorder: Option<Recorder>,
 }
 
-/// A thread's agent, made at its first policy and loaded with one after another.
+/// A thread's policy, and its agent, made at the first policy that needs it and loaded with one after another.
 #[derive(Default)]
 pub(crate) struct Worker<'b> {
+    policy: Option<(usize, Policy<'b>)>,
     agent: Option<Box<HostAgent<'b>>>,
+    /// Number of the policy that the agent is loaded with.
     loaded: Option<usize>,
     pub(crate) spent: Spent,
 }
@@ -56,21 +60,34 @@ impl<'b> Worker<'b> {
         arena: &mut RecordingArena,
         monitor: &Monitor,
     ) -> Option<Ran> {
+        let sound = match self.policy {
+            Some((number, sound)) if number == policy => sound,
+            _ => {
+                let bytes = timed(&mut self.spent.lowering, bytes)?;
+                let sound = timed(&mut self.spent.loading, || Policy::load(bytes)).ok()?;
+                self.policy = Some((policy, sound));
+                sound
+            }
+        };
+        let spent = &mut self.spent;
+        if let Some(ran) = timed(&mut spent.episodes, || {
+            arena.run_side_by_side(sound, episodes, monitor)
+        }) {
+            return Some(ran);
+        }
         if self.loaded != Some(policy) {
             self.loaded = None;
-            let bytes = timed(&mut self.spent.lowering, bytes);
-            timed(&mut self.spent.loading, || {
-                let policy = Policy::load(bytes?).ok()?;
+            timed(&mut spent.loading, || {
                 match &mut self.agent {
-                    Some(agent) => agent.load(policy).ok()?,
-                    None => self.agent = Some(Box::new(HostAgent::new(policy).ok()?)),
+                    Some(agent) => agent.load(sound).ok()?,
+                    None => self.agent = Some(Box::new(HostAgent::new(sound).ok()?)),
                 }
                 Some(())
             })?;
             self.loaded = Some(policy);
         }
         let agent = self.agent.as_deref_mut()?;
-        Some(timed(&mut self.spent.episodes, || {
+        Some(timed(&mut spent.episodes, || {
             arena.run(agent, episodes, monitor)
         }))
     }
@@ -94,9 +111,34 @@ pub(crate) struct Ran {
 impl RecordingArena {
     pub(crate) fn new(arena: Arena) -> Self {
         RecordingArena {
+            lanes: Lanes::of(&arena),
             arena,
             recorder: None,
         }
+    }
+
+    /// Runs episodes side by side; `None` if they have to run one after another. What is missing at the end was stopped through
+    /// the monitor.
+    fn run_side_by_side(
+        &mut self,
+        policy: Policy<'_>,
+        episodes: &Episodes<'_>,
+        monitor: &Monitor,
+    ) -> Option<Ran> {
+        let lanes = self.lanes.as_mut()?;
+        if episodes.record || episodes.seeds.len() < 2 || !Lanes::accept(&policy) {
+            return None;
+        }
+        lanes.impose(episodes.conditions);
+        let ran = lanes.run(policy, episodes.seeds, || monitor.stopped())?;
+        let done: Vec<_> = ran.into_iter().map_while(|episode| episode).collect();
+        for episode in &done {
+            monitor.count(episode.steps);
+        }
+        Some(Ran {
+            episodes: done,
+            recordings: Vec::new(),
+        })
     }
 
     /// Runs episodes of one agent. What is missing at the end was stopped through the monitor.
@@ -106,7 +148,9 @@ impl RecordingArena {
         episodes: &Episodes<'_>,
         monitor: &Monitor,
     ) -> Ran {
-        let RecordingArena { arena, recorder } = self;
+        let RecordingArena {
+            arena, recorder, ..
+        } = self;
         arena.impose(episodes.conditions);
         let mut ran = Ran::default();
         ran.episodes.reserve_exact(episodes.seeds.len());

@@ -6,6 +6,7 @@ mod controller;
 mod disturb;
 mod disturbance;
 mod health;
+mod lanes;
 mod rollout;
 mod seeds;
 mod shaping;
@@ -18,6 +19,7 @@ pub use disturbance::{
     Direction, DisturbError, Disturbance, Effect, Fault, MAX_DELAY, Probability, Which, Window,
 };
 pub use health::{ChannelHealth, Watched};
+pub use lanes::Lanes;
 pub use rollout::{Arena, Conditions, Episode, EvaluationError, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};
 pub use shaping::Shaping;

@@ -88,6 +88,12 @@ impl Line {
         })
     }
 
+    /// Whether nothing disturbs it.
+    #[must_use]
+    pub fn is_undisturbed(&self) -> bool {
+        self.observation_stages.is_empty() && self.action_stages.is_empty()
+    }
+
     /// Begins an episode.
     pub fn seed(&mut self, wrapper_seed: u64) {
         let actions = &mut self.action_stages;

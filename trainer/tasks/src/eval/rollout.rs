@@ -1,10 +1,10 @@
 //! Episodes of a task under a controller, in this process or behind a bridge.
 
 use serde::{Deserialize, Serialize};
-use tpg_runtime::Reset;
+use tpg_runtime::{Action, Reset};
 
 use super::{Controller, EpisodeSeeds, Line, Shaping};
-use crate::task::{Task, Wrappers};
+use crate::task::{Rng, Task, Wrappers};
 
 /// The result of one episode.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,17 @@ pub struct Episode {
     pub instructions: u64,
     /// Whether the simulation became unstable, which ended the episode.
     pub unstable: bool,
+}
+
+impl Episode {
+    /// An episode before its first step.
+    pub(super) const BEGUN: Self = Episode {
+        total: 0.0,
+        shaped: 0.0,
+        steps: 0,
+        instructions: 0,
+        unstable: false,
+    };
 }
 
 /// How training episodes may be easier than the task. The default is the task as it is.
@@ -82,10 +93,8 @@ impl Arena {
     /// The same with a disturbed link to the controller.
     #[must_use]
     pub fn with_line(self, line: Line) -> Self {
-        Arena {
-            line: Some(line),
-            ..self
-        }
+        let line = Some(line).filter(|line| !line.is_undisturbed());
+        Arena { line, ..self }
     }
 
     /// Runs the episodes that follow under these conditions.
@@ -102,6 +111,28 @@ impl Arena {
         } else {
             max_steps.min(all)
         };
+    }
+
+    /// Another arena like this one, for an episode beside its own; `None` if the task has no [`twin`](Task::twin).
+    pub(super) fn twin(&self) -> Option<Self> {
+        let twin = Arena::new(self.task.twin()?, self.wrappers.clone());
+        let line = self.line.clone();
+        Some(Arena { line, ..twin }.with_shaping(self.shaping))
+    }
+
+    /// Starts an episode. Returns its seeds.
+    pub(super) fn begin(&mut self, episode_seed: u64) -> EpisodeSeeds {
+        let mut seeds = EpisodeSeeds::new(episode_seed);
+        self.task.reset(&mut seeds.initial_state);
+        if let Some(line) = &mut self.line {
+            line.seed(seeds.wrappers);
+        }
+        seeds
+    }
+
+    /// Control steps after which an episode ends at the latest.
+    pub(super) const fn max_steps(&self) -> u32 {
+        self.max_steps
     }
 
     /// The task.
@@ -126,44 +157,45 @@ impl Arena {
         what: Reset,
         episode_seed: u64,
     ) -> Result<Episode, C::Error> {
-        let mut seeds = EpisodeSeeds::new(episode_seed);
-        self.task.reset(&mut seeds.initial_state);
+        let mut seeds = self.begin(episode_seed);
         controller.seed_wrappers(seeds.wrappers);
-        if let Some(line) = &mut self.line {
-            line.seed(seeds.wrappers);
-        }
         controller.reset(what, seeds.agent)?;
-        let mut episode = Episode {
-            total: 0.0,
-            shaped: 0.0,
-            steps: 0,
-            instructions: 0,
-            unstable: false,
-        };
+        let mut episode = Episode::BEGUN;
         while episode.steps < self.max_steps {
-            self.task.observe(&mut self.full);
-            self.wrappers
-                .apply(&self.full, &mut self.seen, &mut seeds.mask);
-            let seen = match &mut self.line {
-                Some(line) => line.observe(&self.seen),
-                None => &self.seen,
-            };
+            let seen = self.see(&mut seeds.mask);
             let reply = controller.decide(seen)?;
             episode.instructions += u64::from(reply.instructions);
-            let action = match &mut self.line {
-                Some(line) => line.act(reply.action),
-                None => reply.action,
-            };
-            let step = self.task.step(action);
-            episode.total += step.reward;
-            episode.shaped += self.shaping.apply(&step);
-            episode.steps += 1;
-            episode.unstable |= step.unstable;
-            if step.terminated {
+            if self.act(reply.action, &mut episode) {
                 break;
             }
         }
         Ok(episode)
+    }
+
+    /// What the controller sees now.
+    #[inline]
+    pub(super) fn see(&mut self, mask: &mut Rng) -> &[f32] {
+        self.task.observe(&mut self.full);
+        self.wrappers.apply(&self.full, &mut self.seen, mask);
+        match &mut self.line {
+            Some(line) => line.observe(&self.seen),
+            None => &self.seen,
+        }
+    }
+
+    /// Advances the task and its episode by one step. Returns whether the task ended the episode.
+    #[inline]
+    pub(super) fn act(&mut self, action: Action<'_>, episode: &mut Episode) -> bool {
+        let action = match &mut self.line {
+            Some(line) => line.act(action),
+            None => action,
+        };
+        let step = self.task.step(action);
+        episode.total += step.reward;
+        episode.shaped += self.shaping.apply(&step);
+        episode.steps += 1;
+        episode.unstable |= step.unstable;
+        step.terminated
     }
 }
 

@@ -127,6 +127,10 @@ impl Task for Acrobot {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     /// Initial states are rounded to f32, as Gymnasium's are.
     fn reset(&mut self, rng: &mut Rng) {
         self.state =

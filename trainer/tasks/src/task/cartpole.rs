@@ -85,6 +85,10 @@ impl Task for CartPole {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         self.state = std::array::from_fn(|_| rng.uniform(-RESET_NOISE, RESET_NOISE));
     }

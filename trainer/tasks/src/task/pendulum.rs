@@ -85,6 +85,10 @@ impl Task for Pendulum {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         self.state = RESET_NOISE.map(|noise| rng.uniform(-noise, noise));
     }

@@ -127,6 +127,12 @@ pub trait Task: Send {
     /// An action of the wrong kind counts as zeros in a continuous task, and as index 0 in a discrete one.
     fn step(&mut self, action: Action<'_>) -> Step;
 
+    /// Another plant of this task, to run an episode beside this one; `None` where a step takes so long that episodes gain
+    /// nothing from deciding in lock-step.
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        None
+    }
+
     /// Why the last [`step`](Self::step) was [`unstable`](Step::unstable), such as `BADQACC at DOF 0 (joint "hip"), step 1`,
     /// with the control step counted from 1; `None` where it was not, or where the task cannot become unstable.
     fn instability(&self) -> Option<String> {

@@ -59,6 +59,10 @@ impl Task for Autoencode {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         self.deck.shuffle(rng);
         self.begin();

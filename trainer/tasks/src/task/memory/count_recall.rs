@@ -88,6 +88,10 @@ impl Task for CountRecall {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         self.values.shuffle(rng);
         self.queries.shuffle(rng);

@@ -76,6 +76,10 @@ impl Task for MemoryChain {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         for bit in &mut self.bits {
             *bit = rng.chance(0.5);

@@ -108,6 +108,10 @@ impl Task for PositionOnly {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         match &mut self.plant {
             Plant::CartPole(plant) => plant.reset(rng),

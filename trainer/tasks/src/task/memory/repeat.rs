@@ -51,6 +51,10 @@ impl Task for RepeatFirst {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         self.deck.shuffle(rng);
         self.deck.deal();
@@ -116,6 +120,10 @@ impl RepeatPrevious {
 impl Task for RepeatPrevious {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
     }
 
     fn reset(&mut self, rng: &mut Rng) {

@@ -80,6 +80,10 @@ impl Task for TMaze {
         &self.spec
     }
 
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         self.goal = sign(rng);
         (self.x, self.y, self.time) = (0, 0, 0);
