@@ -49,31 +49,45 @@ pub(super) fn scalars<'c, V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer>(
             return rest;
         }
         let (a, b) = (load(words, at_a), load(words, at_b));
-        // What an operation does, by its form and operands. All others end the loop.
+        // Lanes that do not run a program need not compute what takes long; all other operations are faster on all lanes.
+        macro_rules! costly {
+            ($unit:literal, $some:expr, $all:expr) => {
+                if V::LANES > 1 && $unit >= 24 {
+                    $some
+                } else {
+                    $all
+                }
+            };
+        }
+        // What an operation does, by its cost, form and operands. All others end the loop.
         macro_rules! result {
-            (Scalar $f:ident: S <- S, S) => {
-                a.zip(b, scalar::$f)
+            ($unit:literal Scalar $f:ident: S <- S, S) => {
+                costly!(
+                    $unit,
+                    a.zip_in(running, b, scalar::$f),
+                    a.zip(b, scalar::$f)
+                )
             };
-            (Scalar $f:ident: S <- S, None) => {
-                a.map(scalar::$f)
+            ($unit:literal Scalar $f:ident: S <- S, None) => {
+                costly!($unit, a.map_in(running, scalar::$f), a.map(scalar::$f))
             };
-            (Scalar $f:ident: SUpdate <- $source:ident, S) => {
+            ($unit:literal Scalar $f:ident: SUpdate <- $source:ident, S) => {
                 load(words, d).zip3(a, b, scalar::$f)
             };
-            (Classic $f:ident: S <- S, None) => {
-                a.map(classic::$f)
+            ($unit:literal Classic $f:ident: S <- S, None) => {
+                costly!($unit, a.map_in(running, classic::$f), a.map(classic::$f))
             };
-            (Classic $f:ident: SUpdate <- S, None) => {
+            ($unit:literal Classic $f:ident: SUpdate <- S, None) => {
                 load(words, d).zip(a, classic::$f)
             };
-            (Classic $f:ident: SUpdate <- None, None) => {
+            ($unit:literal Classic $f:ident: SUpdate <- None, None) => {
                 load(words, d).map(classic::$f)
             };
-            (Move: S <- Cell, None) => {{
+            ($unit:literal Move: S <- Cell, None) => {{
                 read_cell(policy, observer, at_a);
                 a
             }};
-            (Move: S <- $element:ident, None) => {
+            ($unit:literal Move: S <- $element:ident, None) => {
                 a
             };
             ($($other:tt)*) => {
@@ -87,7 +101,7 @@ pub(super) fn scalars<'c, V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer>(
                         if !const { Group::$group.is_built() } {
                             return rest;
                         }
-                        result!($form $($function)?: $dst <- $a, $b)
+                        result!($unit $form $($function)?: $dst <- $a, $b)
                     })*
                 }
             };

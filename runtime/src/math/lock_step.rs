@@ -44,6 +44,22 @@ impl<const L: usize> Word for Lanes<L> {
     }
 
     #[inline(always)]
+    fn map_in(self, mask: LaneMask<L>, f: impl Fn(f32) -> f32) -> Self {
+        self.zip_in(mask, self, |x, _| f(x))
+    }
+
+    #[inline(always)]
+    fn zip_in(self, mask: LaneMask<L>, y: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let mut out = self;
+        for ((out, y), mask) in out.0.iter_mut().zip(y.0).zip(mask.0) {
+            if mask != 0 {
+                *out = f(*out, y);
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
     fn zip3(self, x: Self, y: Self, f: impl Fn(f32, f32, f32) -> f32) -> Self {
         let mut out = self;
         for ((out, x), y) in out.0.iter_mut().zip(x.0).zip(y.0) {

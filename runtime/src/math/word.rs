@@ -24,6 +24,10 @@ pub trait Word:
     fn map(self, f: impl Fn(f32) -> f32) -> Self;
     /// `f` of each lane of both.
     fn zip(self, y: Self, f: impl Fn(f32, f32) -> f32) -> Self;
+    /// `f` of each lane of a mask, one by one; the others stay as they are.
+    fn map_in(self, mask: Self::Mask, f: impl Fn(f32) -> f32) -> Self;
+    /// `f` of each lane of a mask of both, one by one; the others stay as they are.
+    fn zip_in(self, mask: Self::Mask, y: Self, f: impl Fn(f32, f32) -> f32) -> Self;
     /// `f` of each lane of all three.
     fn zip3(self, x: Self, y: Self, f: impl Fn(f32, f32, f32) -> f32) -> Self;
     /// The lanes of which `f` holds.
@@ -92,6 +96,16 @@ impl Word for f32 {
     #[inline(always)]
     fn zip(self, y: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         f(self, y)
+    }
+
+    #[inline(always)]
+    fn map_in(self, mask: bool, f: impl Fn(f32) -> f32) -> Self {
+        if mask { f(self) } else { self }
+    }
+
+    #[inline(always)]
+    fn zip_in(self, mask: bool, y: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        if mask { f(self, y) } else { self }
     }
 
     #[inline(always)]
