@@ -66,8 +66,7 @@ impl Settings {
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         schema::check(&table(config)?)?;
         if config.task.is_empty() {
-            let why =
-                "the preset names no task: give a name, or the path of a .toml file, by --task";
+            let why = "the preset names no task: give a name, the path of a .toml file, or series:FILE.csv:COLUMN, by --task";
             return Err(ConfigError::text("task", "", why));
         }
         let wrong_task = |why: String| ConfigError::text("task", &config.task, why);

@@ -6,7 +6,8 @@
 //! | `repeat` | RepeatFirst and RepeatPrevious |
 //! | `autoencode`, `count_recall` | Autoencode, CountRecall |
 //! | `positions` | CartPole and Pendulum without velocities, with and without noise |
-//! | `forecast` | Mackey-Glass and Lorenz, to be continued |
+//! | `forecast` | Mackey-Glass, Lorenz and series of a user's own, to be continued |
+//! | `series` | how series are scaled, and columns of CSV files |
 //! | `memory_chain` | bsuite's memory_len and memory_size |
 //! | `tmaze` | the passive T-maze, with and without noise |
 //!
@@ -20,6 +21,7 @@ mod forecast;
 mod memory_chain;
 mod positions;
 mod repeat;
+mod series;
 mod tmaze;
 
 pub use autoencode::Autoencode;
@@ -30,6 +32,7 @@ pub(super) use memory_chain::MOST_BITS;
 pub use memory_chain::MemoryChain;
 pub use positions::PositionOnly;
 pub use repeat::{RepeatFirst, RepeatPrevious};
+pub(super) use series::CsvSeries;
 pub(super) use tmaze::LONGEST;
 pub use tmaze::TMaze;
 
