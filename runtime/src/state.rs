@@ -97,7 +97,7 @@ impl Machine<'_, '_, [f32]> {
             Reset::Agent => scope.at_agent(),
             Reset::Episode => scope.at_episode(),
         };
-        clear_front_end(self.policy, self.words);
+        clear_observed(self.policy, self.words);
         if memory {
             restore_memory(self.policy, self.words);
         }
@@ -118,7 +118,7 @@ impl Machine<'_, '_, [f32]> {
     }
 }
 
-/// Fills the window with the observation, repeated cyclically, or with what the front end makes of it.
+/// Fills the window with the last observations, repeated cyclically, or with what the front end makes of them.
 ///
 /// Without a front end, missing elements count as 0. Returns the instructions that the front end counts as.
 #[inline(always)]
@@ -139,6 +139,11 @@ fn observe<O: Observer>(
     let Some((window, behind)) = words.split_at_mut_checked(usize::from(header.window)) else {
         return Ok(0);
     };
+    let observed = if cfg!(feature = "history") && header.history > 1 {
+        remember(window, needed, header.observed())
+    } else {
+        needed
+    };
     let first = window.get_mut(..needed).unwrap_or_default();
     #[cfg(feature = "front-end")]
     let standardised = policy.front_end().map(|front_end| {
@@ -157,7 +162,7 @@ fn observe<O: Observer>(
         }
     }
     // Each turn doubles what is filled, so that a short observation in a long window takes few turns.
-    let mut filled = needed.max(1);
+    let mut filled = observed.max(1);
     while let Some((done, rest)) = window.split_at_mut_checked(filled)
         && !rest.is_empty()
     {
@@ -169,11 +174,31 @@ fn observe<O: Observer>(
     Ok(standardised.unwrap_or(0))
 }
 
-/// Clears the window and the model's words at the start of an episode, if a front end lets them outlive a decision.
+/// Moves each of the last observations to the place of the one before it, so that the newest can be written. Returns the
+/// number of elements of all.
+fn remember(window: &mut [f32], elements: usize, observed: usize) -> usize {
+    let mut end = observed;
+    // From the oldest one on, so that none is overwritten before it was moved.
+    while let Some(start) = end.checked_sub(elements)
+        && start > 0
+        && let Some((newer, older)) = window.split_at_mut_checked(start)
+        && let Some(newer) = start.checked_sub(elements).and_then(|at| newer.get(at..))
+    {
+        for (word, x) in older.iter_mut().zip(newer) {
+            *word = *x;
+        }
+        end = start;
+    }
+    observed
+}
+
+/// Clears the window and the model's words at the start of an episode, if a front end or a history lets them outlive a decision.
 #[inline]
-fn clear_front_end(policy: &Policy<'_>, words: &mut [f32]) {
+fn clear_observed(policy: &Policy<'_>, words: &mut [f32]) {
     let header = &policy.header;
-    if cfg!(feature = "front-end") && header.front_end.is_some() {
+    let outlives = (cfg!(feature = "front-end") && header.front_end.is_some())
+        || (cfg!(feature = "history") && header.history > 1);
+    if outlives {
         let place = words.get_mut(..header.registers_start());
         place.unwrap_or_default().fill(0.0);
     }

@@ -237,10 +237,10 @@ fn warn_of_unseen_inputs(session: &Session) {
         session.settings().policy_spec.shape,
         session.settings().params.initial,
     );
-    let (inputs, seen) = (shape.inputs, linear_inputs(&shape, initial));
+    let (inputs, seen) = (shape.observed(), linear_inputs(&shape, initial));
     if initial != Initial::Random && seen < inputs {
         note(format_args!(
-            "warning: a linear policy has registers for the first {seen} of the task's {inputs} inputs; put those that matter first"
+            "warning: a linear policy has registers for the first {seen} of {inputs} inputs, earlier observations included; put those that matter first"
         ));
     }
 }
