@@ -34,14 +34,12 @@ pub(super) fn write_decide(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
     if perceives {
         writeln!(
             out,
-            "    uint32_t instructions = perceive(self, observation);\n    for (int k = 0; k < {}; k++) x[k] = self->perceived[k{wrap}];",
-            newest
+            "    uint32_t instructions = perceive(self, observation);\n    for (int k = 0; k < {newest}; k++) x[k] = self->perceived[k{wrap}];"
         )?;
     } else {
         writeln!(
             out,
-            "    uint32_t instructions = 0;\n    for (int k = 0; k < {}; k++) x[k] = or_zero(observation[k{wrap}]);",
-            newest
+            "    uint32_t instructions = 0;\n    for (int k = 0; k < {newest}; k++) x[k] = or_zero(observation[k{wrap}]);"
         )?;
     }
     if plan.earlier() > 0 {
