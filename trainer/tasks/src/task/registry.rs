@@ -3,7 +3,6 @@
 use super::families::{self, Family};
 use super::memory::CsvSeries;
 use super::{Acrobot, CartPole, Pendulum, Randomization, Task, UnknownTask};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -262,14 +261,6 @@ pub fn sources(name: &str) -> Result<Vec<(String, [u8; 32])>, UnknownTask> {
     return super::mujoco::custom::sources(path);
     #[cfg(not(feature = "mujoco"))]
     return described(path, Randomization::Off).map(|_| Vec::new());
-}
-
-/// Bytes as text.
-pub(super) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 /// The name without its version.
