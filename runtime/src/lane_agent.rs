@@ -102,7 +102,11 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
             let got = observation.len();
             return Err(ObservationError { needed, got });
         }
-        for (word, x) in self.slices.words.iter_mut().zip(observation) {
+        let window = usize::from(self.policy.header.window);
+        let window = self.slices.words.get_mut(..window).unwrap_or_default();
+        let observing = LaneMask::of(|k| k == lane);
+        state::remember(&self.policy.header, window, observing);
+        for (word, x) in window.iter_mut().zip(observation) {
             if let Some(place) = word.0.get_mut(lane) {
                 *place = math::finite(*x);
             }
@@ -113,12 +117,10 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
     /// Decides in the lanes of the mask, each on its last observation.
     pub fn decide(&mut self, deciding: LaneMask<L>) {
         let vectors = self.vectors;
-        let (window, needed) = (
-            usize::from(self.policy.header.window),
-            usize::from(self.policy.header.observation_len),
-        );
+        let header = self.policy.header;
         let mut machine = self.machine();
-        state::repeat(machine.words.get_mut(..window).unwrap_or_default(), needed);
+        let window = machine.words.get_mut(..usize::from(header.window));
+        state::repeat(&header, window.unwrap_or_default());
         let mut run = Run {
             machine: &mut machine,
             paths: Paths::start(),

@@ -25,6 +25,7 @@
 //! | `scalar`, `vector`, `matrix`, `constants`, `team-memory`, `classic`, `copies` | execute the [group](isa::Group); a policy that needs a missing one is refused | on |
 //! | `write-distributions` | execute policies whose memory is written by [other distributions](blob::WriteDistribution) than the thesis's; they are refused without | on |
 //! | `front-end` | execute [front ends](front_end): standardised observations, and what replaces missing elements; a policy that has one is refused without | on |
+//! | `history` | execute policies whose [window](Header::history) holds earlier observations; they are refused without | on |
 //! | `action-programs` | execute policies whose [outputs have programs of their own](blob::ActionKind::Each); they are refused without | on |
 //! | `old-formats` | read policies of versions 1 and 2 of the file format; they are refused without | on |
 //! | `small-code` | half the flash for vectors and matrices, but slower; results stay the same | off |

@@ -142,6 +142,8 @@ named! {
         WriteDistributions "write-distributions",
         /// Front ends.
         FrontEnd "front-end",
+        /// Windows that hold earlier observations too.
+        History "history",
         /// Outputs that have programs of their own.
         ActionPrograms "action-programs",
     }

@@ -2,7 +2,7 @@
 
 use core::borrow::BorrowMut;
 
-use crate::blob::{ActionKind, MemoryModel};
+use crate::blob::{ActionKind, Header, MemoryModel};
 use crate::decision::{Action, Decision, ObservationError, Reset, Restore};
 use crate::exec::{self, Machine, Paths, Run, Vectors, lanes};
 #[cfg(feature = "front-end")]
@@ -100,7 +100,7 @@ impl<V: Word> Machine<'_, '_, V, [V]> {
             Reset::Agent => scope.at_agent(),
             Reset::Episode => scope.at_episode(),
         };
-        clear_front_end(self.policy, self.words, starting);
+        clear_observed(self.policy, self.words, starting);
         if memory {
             restore_memory(self.policy, self.words, starting);
         }
@@ -139,7 +139,7 @@ impl<V: Word> Machine<'_, '_, V, [V]> {
     }
 }
 
-/// Fills the window with the observation, repeated cyclically, or with what the front end makes of it.
+/// Fills the window with the last observations, repeated cyclically, or with what the front end makes of them.
 ///
 /// Without a front end, missing elements count as 0. Returns the instructions that the front end counts as.
 #[inline(always)]
@@ -160,6 +160,7 @@ fn observe<O: Observer>(
     let Some((window, behind)) = words.split_at_mut_checked(usize::from(header.window)) else {
         return Ok(0);
     };
+    remember(header, window, true);
     let first = window.get_mut(..needed).unwrap_or_default();
     #[cfg(feature = "front-end")]
     let standardised = policy.front_end().map(|front_end| {
@@ -177,15 +178,19 @@ fn observe<O: Observer>(
             *word = math::finite(x);
         }
     }
-    repeat(window, needed);
+    repeat(header, window);
     Ok(standardised.unwrap_or(0))
 }
 
-/// Fills the window with its first `needed` words, repeated cyclically.
+/// Fills the window with its observations, repeated cyclically.
 #[inline(always)]
-pub(crate) fn repeat<V: Copy>(window: &mut [V], needed: usize) {
+pub(crate) fn repeat<V: Copy>(header: &Header, window: &mut [V]) {
+    let observed = match cfg!(feature = "history") {
+        true => header.observed(),
+        false => usize::from(header.observation_len),
+    };
     // Each turn doubles what is filled, so that a short observation in a long window takes few turns.
-    let mut filled = needed.max(1);
+    let mut filled = observed.max(1);
     while let Some((done, rest)) = window.split_at_mut_checked(filled)
         && !rest.is_empty()
     {
@@ -196,11 +201,43 @@ pub(crate) fn repeat<V: Copy>(window: &mut [V], needed: usize) {
     }
 }
 
-/// Clears the window and the model's words at the start of an episode, if a front end lets them outlive a decision.
+/// Moves each of the last observations to the place of the one before it, so that the newest can be written, in the lanes of
+/// the mask.
+#[inline(always)]
+pub(crate) fn remember<V: Word>(header: &Header, window: &mut [V], observing: V::Mask) {
+    if cfg!(feature = "history") && header.history > 1 {
+        shift(
+            window,
+            usize::from(header.observation_len),
+            header.observed(),
+            observing,
+        );
+    }
+}
+
+/// Moves `observed` words up by `elements`; the last ones fall out.
+fn shift<V: Word>(window: &mut [V], elements: usize, observed: usize, observing: V::Mask) {
+    let mut end = observed;
+    // From the oldest observation on, so that none is overwritten before it was moved.
+    while let Some(start) = end.checked_sub(elements)
+        && start > 0
+        && let Some((newer, older)) = window.split_at_mut_checked(start)
+        && let Some(newer) = start.checked_sub(elements).and_then(|at| newer.get(at..))
+    {
+        for (word, x) in older.iter_mut().zip(newer) {
+            *word = x.over(*word, observing);
+        }
+        end = start;
+    }
+}
+
+/// Clears the window and the model's words at the start of an episode, if a front end or a history lets them outlive a decision.
 #[inline]
-fn clear_front_end<V: Word>(policy: &Policy<'_>, words: &mut [V], starting: V::Mask) {
+fn clear_observed<V: Word>(policy: &Policy<'_>, words: &mut [V], starting: V::Mask) {
     let header = &policy.header;
-    if cfg!(feature = "front-end") && header.front_end.is_some() {
+    let outlives = (cfg!(feature = "front-end") && header.front_end.is_some())
+        || (cfg!(feature = "history") && header.history > 1);
+    if outlives {
         let place = words.get_mut(..header.registers_start());
         for word in place.unwrap_or_default() {
             *word = V::ZERO.over(*word, starting);

@@ -309,6 +309,7 @@ fn walk(header: &Header, tables: &Tables<'_>) -> u64 {
     u64::from(count(tables.members)) * header.action_kind.weight_of_member()
         + 8 * (u64::from(header.programs) + u64::from(header.teams))
         + u64::from(header.window)
+        + (header.observed() as u64).saturating_sub(u64::from(header.observation_len))
         + 2 * header.outputs() as u64
         + reset
 }

@@ -52,6 +52,18 @@ fn a_policy_with_a_front_end_loads_where_those_are_built() {
 }
 
 #[test]
+fn a_policy_with_a_history_loads_where_those_are_built() {
+    let loaded = Policy::load(include_bytes!("golden/history.tpg"));
+    if cfg!(not(feature = "history")) {
+        let error = loaded.expect_err("a history");
+        assert!(matches!(error, VerifyError::Unsupported { .. }), "{error}");
+        assert!(error.to_string().contains("history"), "{error}");
+    } else if cfg!(feature = "all-operations") {
+        assert!(loaded.is_ok());
+    }
+}
+
+#[test]
 fn a_policy_with_programs_for_each_output_loads_where_those_are_built() {
     let loaded = Policy::load(include_bytes!("golden/each.tpg"));
     if cfg!(not(feature = "action-programs")) {

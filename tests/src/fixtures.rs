@@ -28,6 +28,7 @@ pub fn three_teams(task_name: &str, mode: RegisterMode) -> Vec<u8> {
     let shape = Shape {
         width: spec.inputs.len() as u16,
         inputs: spec.inputs.len() as u16,
+        history: 1,
         actions: spec.actions,
         action_programs: ActionPrograms::Winner,
     };

@@ -78,36 +78,53 @@ impl Dice {
 /// A random policy.
 #[must_use]
 pub fn policy(seed: u64) -> Draft {
-    finish(seed, |_, _| Vec::new())
+    finish(seed, 1, |_, _| Vec::new())
+}
+
+/// A random policy whose window holds two to five observations, every other one with a random front end.
+#[must_use]
+pub fn remembering_policy(seed: u64) -> Draft {
+    let history = 2 + (seed / 2 % 4) as u16;
+    match seed % 2 {
+        0 => finish(seed, history, |_, _| Vec::new()),
+        _ => finish(seed, history, random_front_end),
+    }
 }
 
 /// A random policy with a random front end.
 #[must_use]
 pub fn perceiving_policy(seed: u64) -> Draft {
-    finish(seed, |dice, header| {
-        let mut columns: Vec<u16> = (0..header.observation_len)
-            .filter(|_| dice.below(3) > 0)
-            .collect();
-        let fallback = dice.pick(&[
-            Fallback::Zero,
-            Fallback::Hold,
-            Fallback::Model,
-            Fallback::Model,
-        ]);
-        if fallback != Fallback::Model {
-            columns.clear();
-        } else if columns.is_empty() {
-            columns.push(0);
-        }
-        let degree = columns.first().map_or(0, |_| dice.within(1, 3) as u8);
-        front_end(header, fallback, degree, &columns, || dice.number())
-    })
+    finish(seed, 1, random_front_end)
+}
+
+/// The section of a random front end, which the header announces.
+fn random_front_end(dice: &mut Dice, header: &mut Header) -> Vec<u8> {
+    let mut columns: Vec<u16> = (0..header.observation_len)
+        .filter(|_| dice.below(3) > 0)
+        .collect();
+    let fallback = dice.pick(&[
+        Fallback::Zero,
+        Fallback::Hold,
+        Fallback::Model,
+        Fallback::Model,
+    ]);
+    if fallback != Fallback::Model {
+        columns.clear();
+    } else if columns.is_empty() {
+        columns.push(0);
+    }
+    let degree = columns.first().map_or(0, |_| dice.within(1, 3) as u8);
+    front_end(header, fallback, degree, &columns, || dice.number())
 }
 
 /// A random policy with the front end that a function makes for its header.
-fn finish(seed: u64, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>) -> Draft {
+fn finish(
+    seed: u64,
+    history: u16,
+    perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>,
+) -> Draft {
     let mut dice = Dice::new(seed);
-    let mut draft = blank(&mut dice, perceive);
+    let mut draft = blank(&mut dice, history, perceive);
     for number in 0..draft.programs.len() {
         let allowed: Vec<Op> = Op::ALL
             .iter()
@@ -129,10 +146,15 @@ fn finish(seed: u64, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>) -
 }
 
 /// Graph, registers and header; programs without code.
-fn blank(dice: &mut Dice, perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>) -> Draft {
+fn blank(
+    dice: &mut Dice,
+    history: u16,
+    perceive: impl FnOnce(&mut Dice, &mut Header) -> Vec<u8>,
+) -> Draft {
     let (width, inputs) = (dice.within(1, 5) as u16, dice.within(1, 6) as u16);
     let mut header = header(width, inputs);
-    header.window += dice.below(4) as u16;
+    header.history = history;
+    header.window = header.window.max(inputs * history) + dice.below(4) as u16;
     header.register_mode = dice.pick(RegisterMode::ALL);
     header.memory_model = dice.pick(MemoryModel::ALL);
     header.initial_values = dice.pick(InitialValues::ALL);
@@ -280,7 +302,7 @@ fn random_instruction(dice: &mut Dice, draft: &Draft, program: usize, op: Op) ->
         let window = usize::from(draft.header.window);
         match kind {
             Operand::None => 0,
-            Operand::S if observed => dice.below(usize::from(draft.header.observation_len)) as u16,
+            Operand::S if observed => dice.below(draft.header.observed()) as u16,
             Operand::V if observed => dice.below(window - width + 1) as u16,
             Operand::M if observed => dice.below(window - width * width + 1) as u16,
             Operand::VElement | Operand::MElement | Operand::SOrVElement if observed => {

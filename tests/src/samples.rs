@@ -79,6 +79,48 @@ pub fn perceiving() -> Vec<(&'static str, Draft)> {
     ]
 }
 
+/// Samples whose windows hold four observations of three elements and repeat the first two, without and with a front end.
+#[must_use]
+pub fn remembering() -> Vec<(&'static str, Draft)> {
+    vec![
+        ("history", history(false)),
+        ("history-perceiving", history(true)),
+    ]
+}
+
+/// Continuous, two outputs. Bids are changes since the decision before. Actions are made of the oldest observations, and of words
+/// behind them.
+fn history(perceives: bool) -> Draft {
+    let groups = [Group::Scalar, Group::Vector];
+    let mut draft = blank(2, 3, &groups);
+    draft.header.history = 4;
+    draft.header.window = 14;
+    draft.header.action_kind = ActionKind::Continuous;
+    if perceives {
+        let mut values = constants(200).into_iter().map(|x| x / 8.0).cycle();
+        let mut next = || values.next().unwrap_or(0.0);
+        draft.front_end = front_end(&mut draft.header, Fallback::Model, 2, &[0, 2], &mut next);
+    }
+    add_programs(&mut draft, [2, 2, 0], &[]);
+    for number in 0..draft.programs.len() {
+        let (bid, scalar) = (draft.scalar(number, 0), draft.scalar(number, 1));
+        let (vector, output) = (draft.vector(number, 0), draft.vector(number, 1));
+        let k = number as u16 % 3;
+        draft.programs[number].code = vec![
+            instruction(Op::Sub, bid, k, 3 + k),
+            instruction(Op::Add, scalar, 11, 8 - k),
+            instruction(Op::VSub, vector, 10, 12),
+            instruction(Op::VScale, vector, scalar, vector),
+            instruction(Op::VAdd, output, vector, 4 + k),
+        ];
+        draft.programs[number].output = Some(output);
+        if let Target::Atomic(action) = &mut draft.programs[number].target {
+            *action = 0;
+        }
+    }
+    draft
+}
+
 /// Stateless, continuous, three outputs, two teams that share a program.
 fn reactive() -> Draft {
     let groups = [

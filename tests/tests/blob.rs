@@ -18,7 +18,12 @@ use tpg_tests::{golden, mend, samples};
 
 /// The samples' names and blobs.
 fn samples() -> Vec<(&'static str, Vec<u8>)> {
-    let samples = [samples::all(), samples::perceiving(), samples::large()];
+    let samples = [
+        samples::all(),
+        samples::perceiving(),
+        samples::large(),
+        samples::remembering(),
+    ];
     let samples = samples.into_iter().flatten();
     samples.map(|(name, s)| (name, s.encode())).collect()
 }

@@ -14,7 +14,7 @@ use tpg_runtime::isa::Op;
 use tpg_runtime::tables::Instruction;
 use tpg_runtime::{HostAgent, Policy};
 use tpg_tests::firmware::{self, Board};
-use tpg_tests::{golden, graphs};
+use tpg_tests::{golden, graphs, samples};
 
 /// The champions that evolution made; `golden/champions/make` makes them again.
 fn champions() -> Vec<Vec<u8>> {
@@ -32,6 +32,8 @@ fn champions() -> Vec<Vec<u8>> {
 fn policies() -> Vec<Vec<u8>> {
     let mut all = graphs::all();
     all.extend(champions());
+    let remembering = samples::remembering().into_iter();
+    all.extend(remembering.map(|(_, draft)| draft.encode()));
     all
 }
 

@@ -51,6 +51,7 @@ fn compile(source: &Path, name: &str) -> PathBuf {
 /// Golden policies and random ones, with front ends and without.
 fn policies() -> impl Iterator<Item = Vec<u8>> {
     let golden = samples::all().into_iter().chain(samples::large());
+    let golden = golden.chain(samples::remembering());
     let golden = golden.map(|(_, draft)| draft.encode());
     let random = (100..110).map(|seed| random::policy(seed).encode());
     let perceiving = (100..106).map(|seed| random::perceiving_policy(seed).encode());

@@ -26,6 +26,8 @@ use script::{Followed, follow, write_script};
 const RANDOM: u64 = 32;
 /// Random policies with front ends.
 const PERCEIVING: u64 = 8;
+/// Random policies with earlier observations in their windows.
+const REMEMBERING: u64 = 16;
 
 /// The policies with names that C and Rust accept.
 fn policies() -> Vec<(String, Vec<u8>)> {
@@ -48,7 +50,7 @@ fn policies() -> Vec<(String, Vec<u8>)> {
             ));
         }
     }
-    for (name, draft) in samples::large() {
+    for (name, draft) in samples::large().into_iter().chain(samples::remembering()) {
         policies.push((format!("golden_{}", name.replace('-', "_")), draft.encode()));
     }
     for (name, draft) in samples::perceiving() {
@@ -68,6 +70,10 @@ fn policies() -> Vec<(String, Vec<u8>)> {
     for seed in 0..PERCEIVING {
         let draft = random::perceiving_policy(seed);
         policies.push((format!("perceiving_{seed}"), draft.encode()));
+    }
+    for seed in 0..REMEMBERING {
+        let draft = random::remembering_policy(seed);
+        policies.push((format!("remembering_{seed}"), draft.encode()));
     }
     policies
 }

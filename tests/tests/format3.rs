@@ -243,7 +243,6 @@ fn directories_that_are_not_as_they_must_be_are_refused() {
         (6, 72, Field::HeaderLength),
         (15, 1, Field::BodyBytes),
         (54, 1, Field::FrontEndWords),
-        (84, 2, Field::History),
         (84, 0, Field::History),
         (86, 33, Field::Sections),
         (88, 4, Field::Missing),
@@ -253,6 +252,13 @@ fn directories_that_are_not_as_they_must_be_are_refused() {
     ] {
         assert_eq!(refused(&|b| b[at] = value), field(name));
     }
+    // A window of one word holds no two observations.
+    let window = VerifyError::Header {
+        field: Field::Window,
+        needed: 2,
+        got: 1,
+    };
+    assert_eq!(refused(&|b| b[84] = 2), window);
     assert_eq!(refused(&|b| b[88] = 2), VerifyError::FrontEndMalformed);
     assert!(matches!(
         refused(&|b| b[72] ^= 1),

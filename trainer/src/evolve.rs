@@ -52,6 +52,7 @@ pub(crate) mod tests {
             shape: Shape {
                 width: 4,
                 inputs: 3,
+                history: 1,
                 actions: ActionSpace::Discrete(3),
                 action_programs: ActionPrograms::Winner,
             },

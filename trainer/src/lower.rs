@@ -41,6 +41,7 @@ mod tests {
         pub mode: RegisterMode,
         pub memory: MemoryModel,
         pub constants: bool,
+        pub history: u16,
     }
 
     const VECTORS: ActionSpace = ActionSpace::Continuous {
@@ -54,7 +55,7 @@ mod tests {
         high: 2.0,
     };
 
-    pub fn cases() -> [Case; 5] {
+    pub fn cases() -> [Case; 7] {
         use Group::*;
         [
             Case {
@@ -66,6 +67,7 @@ mod tests {
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Team,
                 constants: true,
+                history: 1,
             },
             Case {
                 groups: &[Scalar, Vector, Matrix],
@@ -74,6 +76,7 @@ mod tests {
                 mode: RegisterMode::Stateless,
                 memory: MemoryModel::None,
                 constants: false,
+                history: 1,
             },
             Case {
                 groups: &[Scalar, Vector, TeamMemory],
@@ -82,6 +85,7 @@ mod tests {
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Team,
                 constants: true,
+                history: 1,
             },
             Case {
                 groups: &[Classic],
@@ -90,6 +94,7 @@ mod tests {
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Indexed,
                 constants: false,
+                history: 1,
             },
             Case {
                 groups: &[Scalar, Vector, TeamMemory],
@@ -98,6 +103,25 @@ mod tests {
                 mode: RegisterMode::Stateful,
                 memory: MemoryModel::Team,
                 constants: true,
+                history: 1,
+            },
+            Case {
+                groups: &[Scalar, Vector, Matrix],
+                actions: SCALAR,
+                action_programs: ActionPrograms::Winner,
+                mode: RegisterMode::Stateless,
+                memory: MemoryModel::None,
+                constants: false,
+                history: 3,
+            },
+            Case {
+                groups: &[Scalar, Vector, Constants, TeamMemory],
+                actions: ActionSpace::Discrete(4),
+                action_programs: ActionPrograms::Winner,
+                mode: RegisterMode::Stateful,
+                memory: MemoryModel::Team,
+                constants: true,
+                history: 2,
             },
         ]
     }
@@ -107,6 +131,7 @@ mod tests {
             shape: Shape {
                 width: 3,
                 inputs: 3,
+                history: case.history,
                 actions: case.actions,
                 action_programs: case.action_programs,
             },
@@ -250,7 +275,7 @@ mod tests {
         #![proptest_config(proptest::test_runner::Config { cases: 24, failure_persistence: None, ..Default::default() })]
 
         #[test]
-        fn both_modes_decide_alike_over_random_graphs(seed: u64, case in 0usize..5, generations in 0u32..12) {
+        fn both_modes_decide_alike_over_random_graphs(seed: u64, case in 0usize..7, generations in 0u32..12) {
             assert_modes_agree(&cases()[case], seed, generations);
         }
     }
@@ -271,10 +296,12 @@ mod tests {
             mode: RegisterMode::Stateless,
             memory: MemoryModel::None,
             constants: true,
+            history: 1,
         };
         let shape = Shape {
             width: 32,
             inputs,
+            history: case.history,
             actions: case.actions,
             action_programs: case.action_programs,
         };

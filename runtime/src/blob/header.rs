@@ -199,7 +199,7 @@ pub struct Header {
     pub width: u16,
     /// Number of elements of the observation.
     pub observation_len: u16,
-    /// Number of state words that hold the observation. The observation repeats until it fills them.
+    /// Number of state words that hold the last observations, the newest first. They repeat until they fill them.
     pub window: u16,
     /// Number of actions of a discrete policy, or number of outputs of any other policy.
     pub actions: u16,
@@ -232,7 +232,7 @@ pub struct Header {
     pub contract: u64,
     /// Number against downgrades, which the maker raises. 0 for none, and before version 3.
     pub release: u32,
-    /// Observations in the window, this one included. This build reads 1.
+    /// Observations in the window, this one included; at least 1.
     pub history: u16,
     /// Entries of the directory. 0 before version 3.
     pub sections: u16,
@@ -444,9 +444,9 @@ impl Header {
         })
     }
 
-    /// The field of version 3 that holds what this build does not read, if there is one.
+    /// The field of version 3 that holds what this build does not read, or what no file may hold, if there is one.
     const fn refused_extension(bytes: &[u8]) -> Option<Field> {
-        if u16_at(bytes, 84) != 1 {
+        if u16_at(bytes, 84) == 0 {
             Some(Field::History)
         } else if u16_at(bytes, 86) > MAX_SECTIONS {
             Some(Field::Sections)
@@ -518,6 +518,13 @@ impl Header {
             ActionKind::Discrete => 0,
             ActionKind::Continuous | ActionKind::Each => self.actions as usize,
         }
+    }
+
+    /// Number of elements of all observations in the window, N = history · observation length. Element i·n + k is element k of
+    /// the observation i decisions ago, where n is the observation's length.
+    #[must_use]
+    pub const fn observed(&self) -> usize {
+        self.history as usize * self.observation_len as usize
     }
 
     /// Whether each element of an observation can be missing by itself. Before version 3, missing elements count as zero,

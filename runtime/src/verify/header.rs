@@ -56,6 +56,8 @@ fn check_features(header: &Header) -> Result<(), VerifyError> {
         Some(Feature::WriteDistributions)
     } else if header.front_end.is_some() && !cfg!(feature = "front-end") {
         Some(Feature::FrontEnd)
+    } else if header.history > 1 && !cfg!(feature = "history") {
+        Some(Feature::History)
     } else if !header.action_kind.is_built() {
         Some(Feature::ActionPrograms)
     } else {
@@ -110,10 +112,10 @@ pub(super) fn check_header(header: &Header, tables: &Tables<'_>) -> Result<(), V
             });
         }
     }
-    if header.window < header.observation_len {
+    if usize::from(header.window) < header.observed() {
         return Err(VerifyError::Header {
             field: Field::Window,
-            needed: u32::from(header.observation_len),
+            needed: u32::try_from(header.observed()).unwrap_or(u32::MAX),
             got: u32::from(header.window),
         });
     }

@@ -101,7 +101,7 @@ impl Operands {
     fn new(header: &Header, program: &Program) -> Self {
         Operands {
             width: usize::from(header.width),
-            observation: usize::from(header.observation_len),
+            observation: header.observed(),
             window: usize::from(header.window),
             registers: RegisterMap::of(header, program),
         }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use toml::{Table, Value};
 use tpg_tasks::console::one_line;
 use tpg_tasks::exit_status::{Failure, Fault as _};
+use tpg_tasks::task::locate_in;
 
 /// Arguments of `tpg hil` that a bench sets itself.
 const OWN: [&str; 6] = [
@@ -221,10 +222,8 @@ fn push_argument(
                 .try_for_each(|value| push_argument(arguments, key, value, folder));
         }
         Value::Integer(number) => number.to_string(),
-        // The description of a task lies beside the bench file.
-        Value::String(text) if key == "task" && text.ends_with(".toml") => {
-            folder.join(text).display().to_string()
-        }
+        // The file of a task lies beside the bench file.
+        Value::String(text) if key == "task" => locate_in(folder, text),
         Value::String(text) => text.clone(),
         _ => {
             return Err(Failure::bad_input(anyhow!(

@@ -60,6 +60,9 @@ struct Summary {
     reset_scope: &'static str,
     memory: &'static str,
     control_period_us: u32,
+    /// Observations in the window, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history: Option<u16>,
     /// What happens to observations before the programs see them.
     #[serde(skip_serializing_if = "Option::is_none")]
     front_end: Option<FrontEndSummary>,
@@ -205,6 +208,7 @@ fn summarise(policy: &Policy<'_>, blob_bytes: usize) -> Summary {
         reset_scope: header.reset_scope.name(),
         memory: header.memory_model.name(),
         control_period_us: header.control_period_us,
+        history: (header.history > 1).then_some(header.history),
         front_end: front_end(policy),
         programs_of_outputs: programs_of_outputs(policy),
         as_evolved: None,
@@ -248,6 +252,9 @@ impl fmt::Display for Summary {
             self.register_mode, self.reset_scope, self.vector_width, self.memory
         )?;
         writeln!(f, "control period  {} us", self.control_period_us)?;
+        if let Some(history) = self.history {
+            writeln!(f, "history         the last {history} observations")?;
+        }
         if let Some(front_end) = &self.front_end {
             let model = match front_end.degree {
                 0 => String::new(),

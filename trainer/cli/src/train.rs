@@ -13,7 +13,7 @@ use super::version::COMMIT;
 use tpg_tasks::console::{command_line, note};
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{LOOP_INPUTS, LOOP_OUTPUTS};
-use tpg_tasks::task::{ActionSpace, description_file};
+use tpg_tasks::task::{ActionSpace, is_from_file};
 use tpg_trainer::evaluator::Evaluator;
 use tpg_trainer::evolve::{Initial, linear_inputs};
 use tpg_trainer::monitor::Monitor;
@@ -52,7 +52,7 @@ pub(crate) struct Args {
     /// Train for this many minutes; a generation that is not done by then does not count.
     #[arg(long, value_name = "M", group = "budget", value_parser = positive_minutes)]
     minutes: Option<f64>,
-    /// Task in place of the preset's: its name, or the path of the TOML file that describes it.
+    /// Task in place of the preset's: its name, the path of the TOML file that describes it, or series:FILE.csv:COLUMN.
     #[arg(long, value_name = "TASK", conflicts_with = "resume")]
     task: Option<String>,
     /// Override a key of the configuration, such as evolution.population=200; may be repeated.
@@ -237,10 +237,10 @@ fn warn_of_unseen_inputs(session: &Session) {
         session.settings().policy_spec.shape,
         session.settings().params.initial,
     );
-    let (inputs, seen) = (shape.inputs, linear_inputs(&shape, initial));
+    let (inputs, seen) = (shape.observed(), linear_inputs(&shape, initial));
     if initial != Initial::Random && seen < inputs {
         note(format_args!(
-            "warning: a linear policy has registers for the first {seen} of the task's {inputs} inputs; put those that matter first"
+            "warning: a linear policy has registers for the first {seen} of {inputs} inputs, earlier observations included; put those that matter first"
         ));
     }
 }
@@ -313,11 +313,11 @@ impl Stability {
     }
 }
 
-/// The command that scores a champion; one of a described task is scored only with the task's file at hand.
+/// The command that scores a champion; one of a task from a file is scored only with that file at hand.
 fn eval_command(champion: &Path, task: &str) -> String {
     let champion = champion.display().to_string();
     let mut words = vec!["tpg", "eval", &champion];
-    if description_file(task).is_some() {
+    if is_from_file(task) {
         words.extend(["--task", task]);
     }
     command_line(words)

@@ -11,7 +11,7 @@ pub use super::error::ExperimentError;
 use super::error::{unknown_key, value};
 use super::locate::line_of;
 use super::row::cell_name;
-use tpg_tasks::task::{description_file, names};
+use tpg_tasks::task::{description_file, is_from_file, names};
 use tpg_trainer::config::{
     Config, ConfigError, Preset, Settings, leaves, nearest, presets, resolve,
 };
@@ -317,11 +317,12 @@ fn check_keys(table: &Table) -> Result<(), ExperimentError> {
     Ok(())
 }
 
-/// What a task of an experiment is called: its name, or the name of its file without `.toml`.
+/// What a task of an experiment is called: its name, or the name of its file without `.toml`; of a series what follows the folder.
 #[must_use]
 pub fn label(task: &str) -> &str {
     let stem = description_file(task).and_then(|path| path.file_stem()?.to_str());
-    stem.unwrap_or(task)
+    let series = is_from_file(task).then(|| task.rsplit('/').next());
+    stem.or(series.flatten()).unwrap_or(task)
 }
 
 /// The first name that occurs twice.
@@ -334,7 +335,7 @@ fn twice<'a>(names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
 fn find_preset(task: &str, variant: &str) -> Result<(Preset, bool), ExperimentError> {
     let all = presets()?;
     let tasks: BTreeSet<&str> = all.iter().map(|preset| preset.task).collect();
-    if description_file(task).is_some() || names().contains(&task) {
+    if is_from_file(task) || names().contains(&task) {
         return Ok((Preset::find(variant)?, true));
     }
     if !tasks.contains(task) {

@@ -89,8 +89,12 @@ fn check_keys(table: &Table, keys: &[Key], prefix: &str) -> Result<(), ConfigErr
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PolicyConfig {
-    /// Vector width W. 0 stands for the length of the observation or that of the action, whichever is larger.
+    /// Vector width W. 0 stands for the length of the observation, all of the history included, or that of the action, whichever is
+    /// larger.
     pub width: u16,
+    /// How many of the last observations programs see, the newest first; 1 for the newest alone.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub history: u16,
     /// Instruction groups.
     #[serde(with = "by_names")]
     pub groups: Vec<Group>,
@@ -124,6 +128,7 @@ pub struct PolicyConfig {
 impl PolicyConfig {
     const KEYS: &[Key] = &[
         Key::whole("width", 0, MAX_WIDTH as u64),
+        Key::whole("history", 1, u16::MAX as u64),
         Key::names::<Group>("groups"),
         Key::name::<RegisterMode>("register-mode"),
         Key::name::<InitialValues>("initial-values"),
@@ -133,6 +138,14 @@ impl PolicyConfig {
         Key::name::<WriteDistribution>("memory-writes"),
         Key::name::<ActionPrograms>("action-programs"),
     ];
+}
+
+fn one() -> u16 {
+    1
+}
+
+fn is_one(number: &u16) -> bool {
+    *number == 1
 }
 
 fn writes_of_the_thesis() -> WriteDistribution {

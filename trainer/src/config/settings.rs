@@ -66,8 +66,7 @@ impl Settings {
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         schema::check(&table(config)?)?;
         if config.task.is_empty() {
-            let why =
-                "the preset names no task: give a name, or the path of a .toml file, by --task";
+            let why = "the preset names no task: give a name, the path of a .toml file, or series:FILE.csv:COLUMN, by --task";
             return Err(ConfigError::text("task", "", why));
         }
         let wrong_task = |why: String| ConfigError::text("task", &config.task, why);
@@ -217,8 +216,15 @@ fn shape(policy: &PolicyConfig, inputs: usize, actions: ActionSpace) -> Result<S
         ActionSpace::Continuous { len, .. } => len,
     };
     let inputs = u16::try_from(inputs).unwrap_or(u16::MAX);
+    let Some(observed) = inputs.checked_mul(policy.history) else {
+        let why = format!(
+            "the task has {inputs} inputs, and windows hold at most {} elements",
+            u16::MAX
+        );
+        return Err(ConfigError::value("policy.history", policy.history, why));
+    };
     let width = match policy.width {
-        0 => inputs.max(outputs).min(MAX_WIDTH),
+        0 => observed.max(outputs).min(MAX_WIDTH),
         width => width,
     };
     if width > MAX_WIDTH {
@@ -235,6 +241,7 @@ fn shape(policy: &PolicyConfig, inputs: usize, actions: ActionSpace) -> Result<S
     Ok(Shape {
         width,
         inputs,
+        history: policy.history,
         actions,
         action_programs: policy.action_programs,
     })

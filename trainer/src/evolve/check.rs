@@ -121,7 +121,7 @@ impl Genes {
         if program.instructions.len() > usize::from(u16::MAX) {
             return Err("it has more instructions than a file can count");
         }
-        if program.offset >= self.shape.inputs.max(1) {
+        if program.offset >= self.shape.observed().max(1) {
             return Err("its offset lies beyond the observation");
         }
         if let Action::Atomic(action) = program.action
@@ -156,7 +156,7 @@ impl Genes {
         let elements = match kind {
             Operand::Cell => INDEXED_CELLS as u16,
             // Operands that are vectors or matrices may begin anywhere in the observation.
-            _ => self.shape.inputs.max(self.shape.square()),
+            _ => self.shape.observed().max(self.shape.square()),
         };
         let registers = match kind {
             Operand::ScalarSlot | Operand::VectorSlot | Operand::MatrixSlot => SLOTS,

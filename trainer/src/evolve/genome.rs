@@ -64,6 +64,8 @@ pub struct Shape {
     pub width: u16,
     /// Length of the observation that a policy sees.
     pub inputs: u16,
+    /// How many of the last observations programs read, at least 1; see [`Shape::observed`].
+    pub history: u16,
     /// The task's actions.
     pub actions: ActionSpace,
     /// Which programs give the values of a continuous action.
@@ -71,6 +73,13 @@ pub struct Shape {
 }
 
 impl Shape {
+    /// Elements of the observations that programs read, the newest first: element i · inputs + k is element k of the observation i
+    /// decisions ago.
+    #[must_use]
+    pub const fn observed(&self) -> u16 {
+        self.inputs.saturating_mul(self.history)
+    }
+
     /// The registers that matter after a run of a program that leads to the plant: those of bid and output.
     #[must_use]
     pub fn results(&self) -> Registers {
@@ -271,7 +280,7 @@ impl Source {
         }
         let scalar = kind == Operand::S || (kind == Operand::SOrVElement && !source.of_vector);
         let elements = match kind {
-            _ if scalar && source.observed => shape.inputs,
+            _ if scalar && source.observed => shape.observed(),
             Operand::VElement => shape.width,
             Operand::SOrVElement if source.of_vector => shape.width,
             Operand::MElement => shape.square(),

@@ -58,7 +58,7 @@ impl Program {
         Program {
             constants: genes.program_constants(&instructions, rng),
             instructions,
-            offset: rng.below(u64::from(genes.shape.inputs)) as u16,
+            offset: rng.below(u64::from(genes.shape.observed())) as u16,
             action: random_atomic(&genes.shape, rng),
         }
     }

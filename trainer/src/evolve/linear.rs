@@ -68,7 +68,7 @@ impl Layout {
 
     /// Where windows of the observation begin. Together they cover it, as far as registers reach.
     fn windows(&self, shape: &Shape) -> impl Iterator<Item = u16> + use<> {
-        let (width, inputs) = (shape.width, shape.inputs);
+        let (width, inputs) = (shape.width, shape.observed());
         let needed = inputs.div_ceil(width).max(1);
         let most = (self.gains.len() / self.outputs.len()).max(1);
         let last = inputs.saturating_sub(width);
@@ -77,12 +77,13 @@ impl Layout {
     }
 }
 
-/// How many inputs a linear policy sees, from the first on: all, unless they need more registers than there are.
+/// How many elements of the observations a linear policy sees, from the first on: all, unless they need more registers than there
+/// are.
 #[must_use]
 pub fn linear_inputs(shape: &Shape, initial: Initial) -> u16 {
     let layout = Layout::new(shape, initial == Initial::LinearHistory);
     let last = layout.windows(shape).last().unwrap_or(0);
-    shape.inputs.min(last + shape.width)
+    shape.observed().min(last + shape.width)
 }
 
 /// The operations that a linear policy needs.
@@ -225,6 +226,7 @@ mod tests {
                     shape: Shape {
                         width: 5,
                         inputs: 5,
+                        history: 1,
                         actions,
                         action_programs,
                     },
@@ -257,6 +259,7 @@ mod tests {
         let mut shape = Shape {
             width: 32,
             inputs: 105,
+            history: 1,
             actions: ActionSpace::Continuous {
                 len: 8,
                 low: -1.0,

@@ -223,7 +223,7 @@ impl Variation<'_> {
             self.mutate_action(population, parent_pool, team, at, program, rng);
         }
         if rng.chance(self.params.program.offset) {
-            program.offset = rng.below(u64::from(self.genes.shape.inputs)) as u16;
+            program.offset = rng.below(u64::from(self.genes.shape.observed())) as u16;
         }
     }
 

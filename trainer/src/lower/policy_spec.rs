@@ -72,7 +72,9 @@ pub(super) fn header(
     header.teams = small("teams", graph.teams.len())?;
     header.width = shape.width;
     header.observation_len = shape.inputs;
-    header.window = small("observation window", window(shape, graph, kept))?;
+    let (history, window) = window(shape, graph, kept);
+    header.history = history;
+    header.window = small("observation window", window)?;
     header.actions = actions;
     header.action_kind = shape.action_kind();
     header.register_mode = policy_spec.register_mode;
@@ -92,8 +94,11 @@ fn reset_scope(policy_spec: &PolicySpec, graph: &Graph<'_>) -> ResetScope {
     rule.map_or(policy_spec.reset_scope, ResetRule::scope)
 }
 
-/// Number of state words for the observation. It is repeated cyclically, so that every operand that reads it is a plain slice.
-fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> usize {
+/// How many observations the window holds, and its number of words. They are repeated cyclically, so that every operand that
+/// reads them is a plain slice.
+///
+/// Observations before the earliest that anything reads are left out.
+fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> (u16, usize) {
     let width = usize::from(shape.width);
     let mut words = usize::from(shape.inputs);
     for ((_, program), code) in graph.programs.iter().zip(&kept.code) {
@@ -109,11 +114,22 @@ fn window(shape: &Shape, graph: &Graph<'_>, kept: &Kept) -> usize {
                     Operand::M => width * width,
                     Operand::VElement | Operand::MElement => 1,
                     Operand::SOrVElement if source.of_vector => 1,
+                    // Scalars of the observation are counted from its start.
+                    Operand::S | Operand::SOrVElement => {
+                        words = words.max(usize::from(source.element) + 1);
+                        continue;
+                    }
                     _ => continue,
                 };
                 words = words.max(offset + usize::from(source.element) + read);
             }
         }
     }
-    words
+    let observed = usize::from(shape.observed());
+    if words > observed {
+        // Something reads the newest elements behind the earliest.
+        return (shape.history, words);
+    }
+    let history = words.div_ceil(usize::from(shape.inputs).max(1)) as u16;
+    (history, usize::from(history) * usize::from(shape.inputs))
 }

@@ -117,7 +117,7 @@ proptest! {
 
     /// Crossover and mutation keep what a population promises, with any rates.
     #[test]
-    fn children_keep_the_invariants(seed: u64, case in 0usize..5, params in any_params()) {
+    fn children_keep_the_invariants(seed: u64, case in 0usize..7, params in any_params()) {
         let case = &cases()[case];
         let (genes, params) = (genes(case), fitted(params, case));
         evolve(&genes, &params, seed, |before, after| {
@@ -128,7 +128,7 @@ proptest! {
 
     /// Whatever evolution makes passes the runtime's check, and decoding and encoding it gives the same bytes.
     #[test]
-    fn what_evolves_verifies_and_survives_a_round_trip(seed: u64, case in 0usize..5, params in any_params()) {
+    fn what_evolves_verifies_and_survives_a_round_trip(seed: u64, case in 0usize..7, params in any_params()) {
         let case = &cases()[case];
         let (genes, params) = (genes(case), fitted(params, case));
         let spec = policy_spec(case, genes.shape);
@@ -150,9 +150,9 @@ proptest! {
     /// A policy as evolved and its compacted form have the same episodes: returns, lengths, in every bit. So do a task that ran
     /// other episodes before and a fresh one.
     #[test]
-    fn whole_and_compact_have_the_same_episodes(seed: u64, case in 0usize..2, generations in 0u64..3) {
+    fn whole_and_compact_have_the_same_episodes(seed: u64, case in 0usize..3, generations in 0u64..3) {
         // Pendulum has three inputs and one torque of at most 2, as these cases have.
-        let case = &cases()[[1, 3][case]];
+        let case = &cases()[[1, 3, 5][case]];
         let params = crate::evolve::tests::params();
         let genes = genes(case);
         let spec = policy_spec(case, genes.shape);

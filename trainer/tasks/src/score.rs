@@ -26,7 +26,7 @@ pub struct ScoreArgs {
     /// Exported policy, or the folder of a run, whose champion is meant.
     #[cfg_attr(feature = "clap", arg(value_name = "FILE.tpg"))]
     pub file: PathBuf,
-    /// Task, or path of the TOML file that describes it; by default the task that the policy was evolved for.
+    /// Task, path of the TOML file that describes it, or series:FILE.csv:COLUMN; by default the task that the policy was evolved for.
     #[cfg_attr(feature = "clap", arg(long, value_name = "TASK"))]
     pub task: Option<String>,
     /// What the policy sees: none, velocities-removed, blackout:2/3; may be repeated. Default: as evolved.
@@ -114,7 +114,14 @@ impl ScoreArgs {
         } else {
             parse_stack(&self.observability.join("+")).or_usage("bad --observability")?
         };
-        let task_source = task::locate(self.task.as_deref().unwrap_or(policy.tables().task));
+        let evolved_for = policy.tables().task;
+        if self.task.is_none() && task::is_from_file(evolved_for) {
+            return Err(Failure::usage(anyhow::anyhow!(
+                "{} was evolved for the task {evolved_for:?}: say where its file is by --task series:path/to/FILE.csv:COLUMN",
+                file.display()
+            )));
+        }
+        let task_source = task::locate(self.task.as_deref().unwrap_or(evolved_for));
         let task = match task::create_with(&task_source, self.randomize) {
             Err(UnknownTask::NoSuchName { name, .. }) if self.task.is_none() => {
                 return Err(Failure::usage(anyhow::anyhow!(

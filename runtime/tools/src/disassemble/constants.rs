@@ -168,17 +168,14 @@ impl Use<'_> {
         let (reader, None) = (readers.next()?, readers.next()) else {
             return None;
         };
-        let observed = match reader.op {
+        let operand = match reader.op {
             Op::MatVec | Op::Dot if is_it(reader.a) => reader.b,
             Op::Dot => reader.a,
             _ => return None,
         };
         let header = self.policy.header();
-        let (window, inputs) = (
-            usize::from(header.window),
-            usize::from(header.observation_len),
-        );
-        let offset = usize::from(observed);
+        let (window, observed) = (usize::from(header.window), header.observed());
+        let offset = usize::from(operand);
         if offset >= window || self.action().contains(&register) {
             return None;
         }
@@ -188,7 +185,7 @@ impl Use<'_> {
         };
         Some(Gains {
             rows,
-            offset: offset % inputs,
+            offset: offset % observed,
         })
     }
 
@@ -235,8 +232,8 @@ impl Use<'_> {
                 .map_or(0, |head| head.chars().count())
                 .max(10)
         };
-        let inputs = usize::from(self.policy.header().observation_len);
-        let label = |k: usize| names.input((gains.offset + k) % inputs);
+        let observed = self.policy.header().observed();
+        let label = |k: usize| names.input((gains.offset + k) % observed);
         let longest = (0..self.width).map(|k| label(k).chars().count()).max();
         let longest = longest.unwrap_or(0);
         let mut head = format!("  {name:<width$}", width = longest + 2);

@@ -12,6 +12,8 @@ pub(super) struct Names<'p> {
     policy: &'p Policy<'p>,
     width: usize,
     inputs: usize,
+    /// Elements of all observations in the window.
+    observed: usize,
     window: usize,
     /// State offsets of the first scalar, vector and matrix.
     starts: [usize; 3],
@@ -26,6 +28,7 @@ impl<'p> Names<'p> {
             policy,
             width,
             inputs: usize::from(header.observation_len),
+            observed: header.observed(),
             window: usize::from(header.window),
             starts: Section::ALL.map(|kind| registers.first_word(kind, 0)),
         }
@@ -51,11 +54,11 @@ impl<'p> Names<'p> {
             Operand::VectorSlot => format!("vm{at}"),
             Operand::MatrixSlot => format!("mm{at}"),
             Operand::Cell => self.cell(at),
-            Operand::V | Operand::M if at < self.window => match at % self.inputs {
+            Operand::V | Operand::M if at < self.window => match at % self.observed {
                 0 => "obs".to_owned(),
                 first => format!("obs({first})"),
             },
-            _ if at < self.window => self.input(at % self.inputs),
+            _ if at < self.window => self.input(at % self.observed),
             Operand::S => self.scalar(at),
             Operand::SOrVElement if at < vectors => self.scalar(at),
             Operand::V => self.vector(at),
@@ -65,8 +68,18 @@ impl<'p> Names<'p> {
         }
     }
 
-    /// An input: its name, where that is a word that cannot be taken for anything else.
-    pub(super) fn input(&self, number: usize) -> String {
+    /// An element of the last observations: the input's name, where that is a word that cannot be taken for anything else, and
+    /// how many decisions ago it was seen.
+    pub(super) fn input(&self, element: usize) -> String {
+        let (ago, number) = (element / self.inputs, element % self.inputs);
+        let name = self.newest(number);
+        match ago {
+            0 => name,
+            ago => format!("{name}[-{ago}]"),
+        }
+    }
+
+    fn newest(&self, number: usize) -> String {
         let (name, _) = self.policy.inputs().nth(number).unwrap_or_default();
         let is_word = name.starts_with(|c: char| c.is_alphabetic())
             && name.chars().all(|c| c.is_alphanumeric() || c == '_');
@@ -118,7 +131,7 @@ pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Ve
         usize::from(header.observation_len),
         usize::from(header.window),
     );
-    let width = usize::from(header.width);
+    let (width, observed) = (usize::from(header.width), header.observed());
     let mut used = BTreeSet::new();
     for instruction in code.iter().filter_map(Instruction::from_bytes) {
         let operands = instruction.op.operands();
@@ -131,7 +144,7 @@ pub fn inputs_used(policy: &Policy<'_>, code: &[[u8; Instruction::BYTES]]) -> Ve
             };
             let at = usize::from(at);
             if at < window {
-                used.extend((at..at + len).map(|k| k % inputs));
+                used.extend((at..at + len).map(|k| k % observed % inputs));
             }
         }
     }

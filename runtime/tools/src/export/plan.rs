@@ -13,6 +13,8 @@ pub(super) struct Plan<'p> {
     pub(super) policy: &'p Policy<'p>,
     pub(super) width: usize,
     pub(super) inputs: usize,
+    /// Elements of all observations in the window.
+    pub(super) observed: usize,
     pub(super) window: usize,
     pub(super) outputs: usize,
     /// Whether each output has its own programs.
@@ -63,6 +65,11 @@ impl<'p> Plan<'p> {
         ranges.all(|range| range == common)
     }
 
+    /// How many elements of earlier observations the window holds.
+    pub(super) const fn earlier(&self) -> usize {
+        self.observed.saturating_sub(self.inputs)
+    }
+
     pub(super) fn new(policy: &'p Policy<'p>) -> Self {
         let (header, tables) = (policy.header(), policy.tables());
         let programs: Vec<Program> = tables.programs.iter().map(Program::from_bytes).collect();
@@ -73,6 +80,7 @@ impl<'p> Plan<'p> {
             policy,
             width: usize::from(header.width),
             inputs: usize::from(header.observation_len),
+            observed: header.observed(),
             window: usize::from(header.window),
             outputs: header.outputs(),
             each: header.action_kind == ActionKind::Each,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum UnknownTask {
     /// No task has this name.
-    #[error("no task is called {name:?}{}; tasks: {}, or the path of a .toml file that describes one",
+    #[error("no task is called {name:?}{}; tasks: {}, the path of a .toml file that describes one, or series:FILE.csv:COLUMN",
         hint(*nearest), known.join(", "))]
     NoSuchName {
         /// The name that was asked for.
@@ -38,7 +38,7 @@ pub enum UnknownTask {
         /// The names that its tasks can have.
         wanted: String,
     },
-    /// The file that describes a task, or its model, cannot be used.
+    /// The file that describes a task, its model, or the file of a series cannot be used.
     #[error("{}: {why}", path.display())]
     BadFile {
         /// The file.

@@ -39,7 +39,8 @@ pub(crate) use observability::words_of;
 pub use observability::{Observability, ObservabilityError, parse_stack, stack_text};
 pub use pendulum::Pendulum;
 pub use registry::{
-    create, create_with, description_file, identity, locate, names, simulator_version, sources,
+    create, create_with, description_file, identity, is_from_file, locate, locate_in, names,
+    simulator_version, sources,
 };
 pub use rng::Rng;
 pub use scene::{Form, Mesh, Pose, Scene, Solid};

@@ -1,8 +1,9 @@
 //! Tasks by name.
 
 use super::families::{self, Family};
+use super::memory::CsvSeries;
 use super::{Acrobot, CartPole, Pendulum, Randomization, Task, UnknownTask};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 #[cfg(feature = "mujoco")]
@@ -97,8 +98,9 @@ pub fn names() -> &'static [&'static str] {
 
 /// Makes a task by its full name, or by its name without the version, which means the version that the
 /// thesis used, or else the latest; or
-/// from the file that describes it, whose path ends in `.toml`. A task of a family has a parameter in its name, such as
-/// `tmaze:100`; without one it is the family's default.
+/// from the file that describes it, whose path ends in `.toml`; or from the column of a file with numbers,
+/// `series:FILE.csv:COLUMN`. A task of a family has a parameter in its name, such as `tmaze:100`; without one it is the
+/// family's default.
 ///
 /// # Errors
 /// [`UnknownTask::NoSuchName`] lists the names and suggests the nearest; [`UnknownTask::NeedsMujoco`] when the build
@@ -126,6 +128,9 @@ pub fn create(name: &str) -> Result<Box<dyn Task>, UnknownTask> {
 pub fn create_with(name: &str, randomization: Randomization) -> Result<Box<dyn Task>, UnknownTask> {
     if let Some(path) = description_file(name) {
         return described(path, randomization);
+    }
+    if let Some(series) = CsvSeries::of(name) {
+        return Ok(Box::new(series?.load()?));
     }
     let row = match find(name)? {
         Found::Row(row) => row,
@@ -172,7 +177,27 @@ fn find(name: &str) -> Result<Found<'_>, UnknownTask> {
 #[must_use]
 pub fn description_file(name: &str) -> Option<&Path> {
     let path = Path::new(name);
-    (path.extension()? == "toml").then_some(path)
+    (path.extension()? == "toml" && !CsvSeries::is_meant(name)).then_some(path)
+}
+
+/// Whether a task is made from a file of the user, so that no policy can be scored on it without that file.
+#[must_use]
+pub fn is_from_file(name: &str) -> bool {
+    description_file(name).is_some() || CsvSeries::is_meant(name)
+}
+
+/// The name of a task with the path in it replaced; a name without one stays.
+fn with_path(name: &str, replaced: impl FnOnce(&Path) -> Option<PathBuf>) -> String {
+    let text = |path: &Path| Some(replaced(path)?.to_str()?.to_owned());
+    let changed = match (description_file(name), CsvSeries::of(name)) {
+        (Some(path), _) => text(path),
+        (None, Some(Ok(series))) => (|| {
+            let family = name.split_once(':')?.0;
+            Some(format!("{family}:{}{}", text(series.path)?, series.rest))
+        })(),
+        _ => None,
+    };
+    changed.unwrap_or_else(|| name.to_owned())
 }
 
 #[cfg(feature = "mujoco")]
@@ -189,13 +214,16 @@ fn described(_: &Path, _: Randomization) -> Result<Box<dyn Task>, UnknownTask> {
     })
 }
 
-/// The name of a task, with the path of a described one made absolute, so that it means the same in every folder.
+/// The name of a task, with the path of its file, if it has one, made absolute, so that it means the same in every folder.
 #[must_use]
 pub fn locate(name: &str) -> String {
-    let absolute = description_file(name).and_then(|path| std::path::absolute(path).ok());
-    absolute
-        .and_then(|path| Some(path.to_str()?.to_owned()))
-        .unwrap_or_else(|| name.to_owned())
+    with_path(name, |path| std::path::absolute(path).ok())
+}
+
+/// The name of a task, with the path of its file, if it has one, meant relative to a folder.
+#[must_use]
+pub fn locate_in(folder: &Path, name: &str) -> String {
+    with_path(name, |path| Some(folder.join(path)))
 }
 
 /// What fixes a task wherever its files lie: its name, or the hash of the files that describe it.
@@ -203,6 +231,9 @@ pub fn locate(name: &str) -> String {
 /// # Errors
 /// [`UnknownTask::BadFile`] where they cannot be read.
 pub fn identity(name: &str) -> Result<String, UnknownTask> {
+    if let Some(series) = CsvSeries::of(name) {
+        return series?.identity();
+    }
     let Some(path) = description_file(name) else {
         return Ok(name.to_owned());
     };
@@ -212,14 +243,17 @@ pub fn identity(name: &str) -> Result<String, UnknownTask> {
     return described(path, Randomization::Off).map(|_| String::new());
 }
 
-/// The files that a described task depends on, each with its SHA-256: the description, the model, and every file that
-/// the model is compiled from (included models, meshes, height fields, textures, skins).
+/// The files that a task depends on, each with its SHA-256: the description, the model, and every file that
+/// the model is compiled from (included models, meshes, height fields, textures, skins); or the file of a series.
 ///
-/// Names are relative to the folder of the description, in order. A built-in task depends on no file.
+/// Names are relative to the folder of the description or the series, in order. A built-in task depends on no file.
 ///
 /// # Errors
 /// [`UnknownTask::BadFile`] where a file cannot be read, [`UnknownTask::NoSuchName`] where the name is none.
 pub fn sources(name: &str) -> Result<Vec<(String, [u8; 32])>, UnknownTask> {
+    if let Some(series) = CsvSeries::of(name) {
+        return Ok(vec![series?.source()?]);
+    }
     let Some(path) = description_file(name) else {
         return find(name).map(|_| Vec::new());
     };

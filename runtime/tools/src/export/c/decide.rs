@@ -19,7 +19,13 @@ pub(super) fn write_decide(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
         signature(plan, name),
         plan.window
     )?;
-    let wrap = if plan.window == plan.inputs {
+    // Elements of the newest observation, which the whole window repeats where it holds no others.
+    let newest = if plan.earlier() > 0 {
+        plan.inputs
+    } else {
+        plan.window
+    };
+    let wrap = if newest == plan.inputs {
         String::new()
     } else {
         format!(" % {}", plan.inputs)
@@ -28,15 +34,28 @@ pub(super) fn write_decide(out: &mut String, c: &C<'_, '_>) -> fmt::Result {
     if perceives {
         writeln!(
             out,
-            "    uint32_t instructions = perceive(self, observation);\n    for (int k = 0; k < {}; k++) x[k] = self->perceived[k{wrap}];",
-            plan.window
+            "    uint32_t instructions = perceive(self, observation);\n    for (int k = 0; k < {newest}; k++) x[k] = self->perceived[k{wrap}];"
         )?;
     } else {
         writeln!(
             out,
-            "    uint32_t instructions = 0;\n    for (int k = 0; k < {}; k++) x[k] = or_zero(observation[k{wrap}]);",
-            plan.window
+            "    uint32_t instructions = 0;\n    for (int k = 0; k < {newest}; k++) x[k] = or_zero(observation[k{wrap}]);"
         )?;
+    }
+    if plan.earlier() > 0 {
+        let (earlier, inputs) = (plan.earlier(), plan.inputs);
+        writeln!(
+            out,
+            "    for (int k = 0; k < {earlier}; k++) x[{inputs} + k] = self->earlier[k];\n    \
+             for (int k = 0; k < {earlier}; k++) self->earlier[k] = x[k];"
+        )?;
+        if plan.window > plan.observed {
+            let (observed, window) = (plan.observed, plan.window);
+            writeln!(
+                out,
+                "    for (int k = {observed}; k < {window}; k++) x[k] = x[k - {observed}];"
+            )?;
+        }
     }
     for team in &plan.marked {
         writeln!(out, "    bool visited_{team} = false;")?;

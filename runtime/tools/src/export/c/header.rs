@@ -49,6 +49,7 @@ fn state_bytes(c: &C<'_, '_>) -> usize {
     }
     let registers = c.kept().values().flatten();
     bytes += 4 * registers.map(|r| r.values.len()).sum::<usize>();
+    bytes += 4 * plan.earlier();
     if plan.policy.front_end().is_some() {
         bytes += 4 * (plan.inputs + action_variables(plan.policy.header()));
     }

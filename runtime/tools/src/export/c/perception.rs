@@ -1,4 +1,4 @@
-//! Front ends in C.
+//! Front ends in C, and what of earlier observations is kept.
 
 use std::fmt::{self, Write as _};
 
@@ -10,8 +10,11 @@ use super::super::values::floats;
 use super::library::Snippet;
 use super::program::{list, number_text};
 
-/// Writes the front end's fields in the policy's structure.
+/// Writes the fields in the policy's structure that hold observations.
 pub(super) fn write_fields(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    if plan.earlier() > 0 {
+        writeln!(out, "    float earlier[{}];", plan.earlier())?;
+    }
     if plan.policy.front_end().is_none() {
         return Ok(());
     }
@@ -25,6 +28,13 @@ pub(super) fn write_fields(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
 
 /// Writes the statements that reset these fields.
 pub(super) fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
+    if plan.earlier() > 0 {
+        writeln!(
+            out,
+            "    for (int k = 0; k < {}; k++) self->earlier[k] = 0.0f;",
+            plan.earlier()
+        )?;
+    }
     if plan.policy.front_end().is_none() {
         return Ok(());
     }

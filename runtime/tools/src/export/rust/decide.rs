@@ -19,6 +19,17 @@ const CYCLIC_WINDOW: &str = "        let (first, rest) = x.split_at_mut(INPUTS);
         }
 ";
 
+/// Fills the start of a window with the observation and those before it, and keeps them for the next decision.
+const HISTORY: &str =
+    "        let newest = observation.iter().map(|element| math::finite(*element));
+        for (x, element) in x.iter_mut().zip(newest.chain(self.earlier)) {
+            *x = element;
+        }
+        for (earlier, element) in self.earlier.iter_mut().zip(&x) {
+            *earlier = *element;
+        }
+";
+
 /// Passes the observation through the front end before it reaches the window.
 const PERCEIVE: &str = "        let perceived = self.perception.perceive(observation);
         let observation = &self.perception.x;
@@ -45,7 +56,17 @@ pub(super) fn write_decide(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
         out.push_str(PERCEIVE);
     }
     writeln!(out, "        let mut x = [0.0; {}];", plan.window)?;
-    if plan.window == plan.inputs {
+    if plan.earlier() > 0 {
+        out.push_str(HISTORY);
+        if plan.window > plan.observed {
+            let observed = plan.observed;
+            writeln!(
+                out,
+                "        let (first, rest) = x.split_at_mut({observed});\n        for again in rest.chunks_mut({observed}) {{\n            \
+                 for (x, element) in again.iter_mut().zip(&*first) {{\n                *x = *element;\n            }}\n        }}"
+            )?;
+        }
+    } else if plan.window == plan.inputs {
         writeln!(
             out,
             "        for (x, element) in x.iter_mut().zip(observation) {{"

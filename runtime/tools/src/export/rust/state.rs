@@ -194,6 +194,9 @@ pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     if plan.policy.front_end().is_some() {
         writeln!(out, "    perception: Perception,")?;
     }
+    if plan.earlier() > 0 {
+        writeln!(out, "    earlier: [f32; {}],", plan.earlier())?;
+    }
     writeln!(
         out,
         "}}\n\nimpl Policy {{\n    /// As loaded: everything reset, with seed 0."
@@ -219,6 +222,9 @@ pub(super) fn write_policy(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     }
     if plan.policy.front_end().is_some() {
         writeln!(out, "            perception: Perception::START,")?;
+    }
+    if plan.earlier() > 0 {
+        writeln!(out, "            earlier: [0.0; {}],", plan.earlier())?;
     }
     writeln!(out, "        }}\n    }}")?;
     write_reset(out, plan)?;
@@ -246,6 +252,9 @@ fn write_reset(out: &mut String, plan: &Plan<'_>) -> fmt::Result {
     )?;
     if plan.policy.front_end().is_some() {
         writeln!(out, "        self.perception = Perception::START;")?;
+    }
+    if plan.earlier() > 0 {
+        writeln!(out, "        self.earlier = [0.0; {}];", plan.earlier())?;
     }
     for reset in plan.resets() {
         let condition = match reset.when {

@@ -1,7 +1,8 @@
 //! Time series to be continued.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
+use super::series::{Series, training_part};
 use super::{PERIOD_US, number, step};
 use crate::task::spec::round;
 use crate::task::{ActionSpace, Rng, Spec, Step, Task};
@@ -11,35 +12,14 @@ use tpg_runtime::Action;
 pub const LONGEST_FORECAST: u32 = 500;
 /// True values that an agent sees before its predictions count.
 const PRIMED: usize = 50;
-/// Values of a series. Training episodes lie in the first three quarters, validation in the last one.
+/// Values of a series that is computed here.
 const LENGTH: usize = 8000;
-
-/// A series within 0 and 1, and the variance of its values.
-struct Series {
-    values: Vec<f64>,
-    variance: f64,
-}
-
-impl Series {
-    /// Scales the values so that the least is 0 and the greatest 1.
-    fn scaled(mut values: Vec<f64>) -> Self {
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        for x in &mut values {
-            *x = (*x - low) / (high - low);
-        }
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let squares = values.iter().map(|x| (x - mean) * (x - mean));
-        let variance = squares.sum::<f64>() / values.len() as f64;
-        Series { values, variance }
-    }
-}
 
 /// Mackey and Glass (Science 197, 1977): x' = 0.2 x(t − 17) / (1 + x(t − 17)¹⁰) − 0.1 x, by Runge-Kutta of order 4 with a step of 0.1.
 ///
 /// The delayed value between two steps is the mean of both. It begins with x = 1.2 after zeros. Each tenth step is a value; the
 /// first 1000 values are left out.
-static MACKEY_GLASS: LazyLock<Series> = LazyLock::new(|| {
+static MACKEY_GLASS: LazyLock<Arc<Series>> = LazyLock::new(|| {
     const STEP: f64 = 0.1;
     const DELAY: usize = 170;
     const SKIPPED: usize = 1000;
@@ -60,12 +40,12 @@ static MACKEY_GLASS: LazyLock<Series> = LazyLock::new(|| {
         all.push(x + STEP / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4));
     }
     let values = all.into_iter().step_by(10).skip(SKIPPED).take(LENGTH);
-    Series::scaled(values.collect())
+    computed(values.collect())
 });
 
 /// Lorenz (Journal of the Atmospheric Sciences 20, 1963): the first coordinate at σ = 10, ρ = 28, β = 8/3, from (1, 1, 1), by
 /// Runge-Kutta of order 4 with a step of 0.01. Each fifth step is a value; the first 1000 values are left out.
-static LORENZ: LazyLock<Series> = LazyLock::new(|| {
+static LORENZ: LazyLock<Arc<Series>> = LazyLock::new(|| {
     const STEP: f64 = 0.01;
     const SKIPPED: usize = 1000;
     let slope = |[x, y, z]: [f64; 3]| [10.0 * (y - x), x * (28.0 - z) - y, x * y - 8.0 / 3.0 * z];
@@ -84,21 +64,28 @@ static LORENZ: LazyLock<Series> = LazyLock::new(|| {
             state = moved(state, part, STEP / 6.0 * weight);
         }
     }
-    Series::scaled(values)
+    computed(values)
 });
 
-/// Predicting the next value of a chaotic series, again and again.
+/// Scales a computed series by all of its values.
+fn computed(values: Vec<f64>) -> Arc<Series> {
+    let len = values.len();
+    Arc::new(Series::scaled(values, len).expect("a chaotic series is not constant"))
+}
+
+/// Predicting the next value of a series, again and again.
 ///
 /// The agent sees 50 true values, one a step, and predicts the next one each time, a value from 0 to 1. Then its predictions count. In
 /// place of the truth it sees what it predicted: an episode of length 1 asks for one step ahead, one of length 50 lets the agent run
 /// freely for 50 values. A step that counts earns −(error²) / (length · variance of the series). So a return of −1 is that of a
 /// constant at the mean, and 0 is perfect.
 ///
-/// Training episodes are windows of the first 6 000 values of a series of 8 000. Those of the validation tasks lie in the other
-/// 2 000, which no training sees.
+/// Training episodes are windows of the first three quarters of a series, 6 000 of 8 000 values where it is computed here. Those of
+/// the validation tasks lie in the last quarter, which no training sees.
+#[derive(Clone)]
 pub struct Forecast {
     spec: Spec,
-    series: &'static Series,
+    series: Arc<Series>,
     /// The first and the last place where an episode may begin, the last one excluded.
     starts: [usize; 2],
     length: usize,
@@ -133,17 +120,38 @@ impl Forecast {
         Forecast::of("lorenz-validation", &LORENZ, length, true)
     }
 
-    fn of(name: &str, series: &'static Series, length: u32, validation: bool) -> Self {
+    fn of(name: &str, series: &Arc<Series>, length: u32, validation: bool) -> Self {
         let length = length.clamp(1, LONGEST_FORECAST);
-        let (split, window) = (LENGTH / 4 * 3, PRIMED + length as usize + 1);
-        let starts = if validation {
-            [split, LENGTH - window]
+        let name = format!("{name}:{length}-v1");
+        Forecast::continuing(name, Arc::clone(series), length, validation)
+            .expect("computed series are long enough")
+    }
+
+    /// The first and the last place where an episode may begin, the last one excluded, in a series of so many values.
+    ///
+    /// `None` if the series is too short.
+    pub(super) fn starts(len: usize, length: u32, validation: bool) -> Option<[usize; 2]> {
+        let (split, window) = (training_part(len), PRIMED + length as usize + 1);
+        let [first, end] = if validation {
+            [split, len.checked_sub(window)?]
         } else {
-            [0, split - window]
+            [0, split.checked_sub(window)?]
         };
-        Forecast {
+        (first < end).then_some([first, end])
+    }
+
+    /// The task of a series, for a length of 1 to 500. `None` if the series is too short.
+    pub(super) fn continuing(
+        name: String,
+        series: Arc<Series>,
+        length: u32,
+        validation: bool,
+    ) -> Option<Self> {
+        let starts = Forecast::starts(series.values.len(), length, validation)?;
+        let shown = series.values.get(starts[0]).copied()?;
+        Some(Forecast {
             spec: Spec {
-                name: format!("{name}:{length}-v1"),
+                name,
                 inputs: vec![number("value")],
                 outputs: vec![number("next_value")],
                 actions: ActionSpace::Continuous {
@@ -159,8 +167,8 @@ impl Forecast {
             length: length as usize,
             start: starts[0],
             time: 0,
-            shown: series.values[starts[0]],
-        }
+            shown,
+        })
     }
 
     /// The value of the series that comes so many steps after the first one of the episode.
@@ -173,6 +181,10 @@ impl Forecast {
 impl Task for Forecast {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn twin(&self) -> Option<Box<dyn Task>> {
+        Some(Box::new(self.clone()))
     }
 
     fn reset(&mut self, rng: &mut Rng) {
@@ -208,11 +220,14 @@ impl Task for Forecast {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// The mean return of an agent that predicts from what it saw, the last value first.
-    fn mean_return(task: &mut Forecast, predict: impl Fn(&[f64]) -> f64) -> f64 {
+    pub(in crate::task::memory) fn mean_return(
+        task: &mut Forecast,
+        predict: impl Fn(&[f64]) -> f64,
+    ) -> f64 {
         let mut rng = Rng::new(4);
         let mut total = 0.0;
         for _ in 0..200 {

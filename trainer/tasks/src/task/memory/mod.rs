@@ -6,7 +6,9 @@
 //! | `repeat` | RepeatFirst and RepeatPrevious |
 //! | `autoencode`, `count_recall` | Autoencode, CountRecall |
 //! | `positions` | CartPole and Pendulum without velocities, with and without noise |
-//! | `forecast` | Mackey-Glass and Lorenz, to be continued |
+//! | `forecast` | Mackey-Glass, Lorenz and series of a user's own, to be continued |
+//! | `series` | how series are scaled and split |
+//! | `csv_series` | columns of CSV files as series |
 //! | `memory_chain` | bsuite's memory_len and memory_size |
 //! | `tmaze` | the passive T-maze, with and without noise |
 //!
@@ -15,15 +17,18 @@
 
 mod autoencode;
 mod count_recall;
+mod csv_series;
 mod deck;
 mod forecast;
 mod memory_chain;
 mod positions;
 mod repeat;
+mod series;
 mod tmaze;
 
 pub use autoencode::Autoencode;
 pub use count_recall::CountRecall;
+pub(super) use csv_series::CsvSeries;
 pub use forecast::Forecast;
 pub(super) use forecast::LONGEST_FORECAST;
 pub(super) use memory_chain::MOST_BITS;
