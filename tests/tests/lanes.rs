@@ -210,7 +210,6 @@ fn episodes_side_by_side_are_those_one_after_another() {
         "tmaze:10",
         "repeat-previous:easy",
         "noisy-position-only-pendulum",
-        "mackey-glass:5",
     ] {
         for mode in [RegisterMode::Stateless, RegisterMode::Stateful] {
             for (disturbed, conditions) in [(false, Conditions::default()), (true, easier)] {
