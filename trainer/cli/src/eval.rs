@@ -10,8 +10,7 @@ use tpg_runtime::{HostAgent, Policy, Restore};
 
 use tpg_tasks::console::{note, print, print_json};
 use tpg_tasks::eval::{
-    Arena, ConstantController, CountingWinners, Episode, EvaluationError, Forgetful, MostUsed,
-    RandomController, evaluate,
+    Arena, CountingWinners, Episode, EvaluationError, Forgetful, MostUsed, evaluate,
 };
 use tpg_tasks::exit_status::{Failure, Fault as _, Status};
 use tpg_tasks::score::{ScoreArgs, Setup};
@@ -35,7 +34,7 @@ use animation::{Animation, Size};
 pub(crate) struct Args {
     #[command(flatten)]
     score: ScoreArgs,
-    /// Score the zero and the random policy on the same episodes too.
+    /// Score the zero and the random policy on the same episodes too; of a series also persistence and a linear autoregression.
     #[arg(long)]
     baselines: bool,
     /// Score the policy once more on the same episodes, with this reset to its evolved constants before every decision.
@@ -139,7 +138,7 @@ pub(crate) fn run(args: Args) -> Result<Status, Failure> {
         .then(|| Health::of(&setup, host_agent(&setup.blob, &setup.file)?))
         .transpose()?;
     let baselines = if args.baselines {
-        baselines(&setup)?
+        crate::baselines::baselines(&setup)?
     } else {
         Vec::new()
     };
@@ -250,18 +249,6 @@ impl<'a> Page<'a> {
         ));
         Ok(())
     }
-}
-
-/// Returns of the baseline policies on the same episodes.
-fn baselines(setup: &Setup) -> Result<Vec<(&'static str, Vec<f64>)>, Failure> {
-    let mut arena = setup.arena()?;
-    let actions = arena.task().spec().actions;
-    let returns = |episodes: Vec<Episode>| episodes.iter().map(|e| e.total).collect();
-    let mut zero = setup.disturbed(&arena, ConstantController::zero(actions))?;
-    let zero = evaluate(&mut arena, &mut zero, setup.episode_seeds())?;
-    let mut random = setup.disturbed(&arena, RandomController::new(actions))?;
-    let random = evaluate(&mut arena, &mut random, setup.episode_seeds())?;
-    Ok(vec![("zero", returns(zero)), ("random", returns(random))])
 }
 
 /// A changed policy beside the policy itself, on the same episodes.

@@ -3,6 +3,7 @@
 // These macros panic where the output is closed; `console` does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+mod baselines;
 mod completions;
 mod config;
 mod convert;

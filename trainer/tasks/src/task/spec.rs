@@ -133,6 +133,11 @@ pub trait Task: Send {
         None
     }
 
+    /// The part of a series that training may see, if the task asks to continue one: what is observed, in order.
+    fn known_series(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// Why the last [`step`](Self::step) was [`unstable`](Step::unstable), such as `BADQACC at DOF 0 (joint "hip"), step 1`,
     /// with the control step counted from 1; `None` where it was not, or where the task cannot become unstable.
     fn instability(&self) -> Option<String> {

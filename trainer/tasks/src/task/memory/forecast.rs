@@ -187,6 +187,11 @@ impl Task for Forecast {
         Some(Box::new(self.clone()))
     }
 
+    fn known_series(&self) -> Option<&[f64]> {
+        let values = &self.series.values;
+        values.get(..training_part(values.len()))
+    }
+
     fn reset(&mut self, rng: &mut Rng) {
         let [first, end] = self.starts;
         self.start = first + rng.below((end - first) as u64) as usize;
