@@ -2,49 +2,17 @@
 //! side are those that run one after another.
 
 use tpg_runtime::blob::{MemoryModel, RegisterMode};
-use tpg_runtime::math::{LaneMask, Lanes, Mask as _, Word as _};
-use tpg_runtime::rng::Pcg32;
-use tpg_runtime::{Action, Capacities, HostAgent, LaneAgent, LaneSlices, Policy, Reset};
-use tpg_tasks::eval::{Arena, Conditions, Disturbance, Lanes as SideBySide, Line, Link, evaluate};
+use tpg_runtime::math::{LaneMask, Mask as _};
+use tpg_runtime::{Action, HostAgent, LaneAgent, Policy, Reset};
+use tpg_tasks::eval::{
+    Arena, Conditions, Disturbance, LANES, LaneMemory, Lanes as SideBySide, Line, Link, evaluate,
+};
 use tpg_tasks::task::{self, Wrappers, parse_stack};
 use tpg_tests::draft::Draft;
 use tpg_tests::fixtures::three_teams;
 use tpg_tests::random::{self, Dice};
 
-const LANES: usize = 8;
 const DECISIONS: usize = 24;
-
-/// Memory for agents in lock-step.
-struct Memory {
-    words: Vec<Lanes<LANES>>,
-    bids: Vec<Lanes<LANES>>,
-    visited: Vec<LaneMask<LANES>>,
-    streams: Vec<[Pcg32; LANES]>,
-    outputs: Vec<f32>,
-}
-
-impl Memory {
-    fn of(policy: &Policy<'_>) -> Self {
-        let needed = Capacities::needed_by(policy.header());
-        Memory {
-            words: vec![Lanes::splat(f32::NAN); needed.words],
-            bids: vec![Lanes::splat(0.0); needed.programs],
-            visited: vec![LaneMask::ALL; needed.teams],
-            streams: vec![[(); LANES].map(|()| Pcg32::new(0, 0)); needed.streams],
-            outputs: vec![0.0; policy.header().outputs()],
-        }
-    }
-
-    fn slices(&mut self) -> LaneSlices<'_, LANES> {
-        LaneSlices {
-            words: &mut self.words,
-            bids: &mut self.bids,
-            visited: &mut self.visited,
-            streams: &mut self.streams,
-            outputs: &mut self.outputs,
-        }
-    }
-}
 
 /// An action's bits.
 fn bits(action: Action<'_>) -> Vec<u32> {
@@ -60,15 +28,15 @@ fn compare(name: &str, draft: &Draft) -> bool {
     let policy = Policy::load(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
     let header = policy.header();
     if !LaneAgent::<LANES>::accepts(header) {
-        let mut memory = Memory::of(&policy);
+        let mut memory = LaneMemory::default();
         assert!(
-            LaneAgent::new_in(policy, memory.slices()).is_err(),
+            LaneAgent::new_in(policy, memory.slices(&policy)).is_err(),
             "{name}"
         );
         return false;
     }
-    let mut memory = Memory::of(&policy);
-    let mut together = LaneAgent::new_in(policy, memory.slices()).expect("room");
+    let mut memory = LaneMemory::default();
+    let mut together = LaneAgent::new_in(policy, memory.slices(&policy)).expect("room");
     let mut alone: Vec<_> = (0..LANES)
         .map(|_| Box::new(HostAgent::new(policy).expect("room")))
         .collect();
@@ -167,8 +135,8 @@ fn an_observation_of_another_length_is_refused() {
     let draft = &tpg_tests::samples::all()[0].1;
     let bytes = draft.encode();
     let policy = Policy::load(&bytes).expect("a sample");
-    let mut memory = Memory::of(&policy);
-    let mut together = LaneAgent::new_in(policy, memory.slices()).expect("room");
+    let mut memory = LaneMemory::default();
+    let mut together = LaneAgent::new_in(policy, memory.slices(&policy)).expect("room");
     let error = together.observe(0, &[1.0]).expect_err("too short");
     assert_eq!(error.got, 1);
 }

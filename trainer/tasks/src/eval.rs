@@ -19,7 +19,7 @@ pub use disturbance::{
     Direction, DisturbError, Disturbance, Effect, Fault, MAX_DELAY, Probability, Which, Window,
 };
 pub use health::{ChannelHealth, Watched};
-pub use lanes::Lanes;
+pub use lanes::{LANES, LaneMemory, Lanes};
 pub use rollout::{Arena, Conditions, Episode, EvaluationError, evaluate};
 pub use seeds::{Domain, EpisodeSeeds, episode_seed};
 pub use shaping::Shaping;

@@ -8,16 +8,17 @@ use super::{Arena, Conditions, Episode};
 use crate::task::Rng;
 
 /// Episodes that run side by side. Two of the vectors of any x86-64 or AArch64 hold one number of each.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// Arenas for episodes side by side, with the memory of their agents.
 pub struct Lanes {
     arenas: Vec<Arena>,
-    memory: Memory,
+    memory: LaneMemory,
 }
 
+/// Memory for the agents of one policy after another, which grows as they need.
 #[derive(Default)]
-struct Memory {
+pub struct LaneMemory {
     words: Vec<Words<LANES>>,
     bids: Vec<Words<LANES>>,
     visited: Vec<LaneMask<LANES>>,
@@ -39,7 +40,7 @@ impl Lanes {
         let arenas = (0..LANES).map(|_| arena.twin()).collect::<Option<_>>()?;
         Some(Lanes {
             arenas,
-            memory: Memory::default(),
+            memory: LaneMemory::default(),
         })
     }
 
@@ -60,7 +61,7 @@ impl Lanes {
 
     /// Runs an episode of the policy for each seed, until `stopped` says so. Each has the same bits as by itself.
     ///
-    /// Returns the episodes in the order of their seeds, `None` for those that were not finished; and `None` for all if lanes do
+    /// Returns the episodes in the order of their seeds, `None` for those that were not finished. Returns `None` alone if lanes do
     /// not [accept](Self::accept) the policy, or if it sees another number of inputs than the arena shows.
     pub fn run(
         &mut self,
@@ -108,9 +109,9 @@ impl Lanes {
     }
 }
 
-impl Memory {
+impl LaneMemory {
     /// Room for a policy's agents.
-    fn slices(&mut self, policy: &Policy<'_>) -> LaneSlices<'_, LANES> {
+    pub fn slices(&mut self, policy: &Policy<'_>) -> LaneSlices<'_, LANES> {
         let needed = Capacities::needed_by(policy.header());
         let streams = [(); LANES].map(|()| Pcg32::new(0, 0));
         grow(&mut self.words, needed.words, Words::ZERO);
