@@ -9,10 +9,9 @@ use crate::memory::IndexedStream;
 use crate::parts::Resource;
 use crate::sizing::{Capacities, CapacityError};
 use crate::storage::{Slices, State, Storage};
-#[cfg(feature = "trace")]
 use crate::trace::Observer;
 use crate::verify::{MAX_WORDS, Policy};
-use crate::width::{AnyWidth, Watching, Width};
+use crate::width::{AnyWidth, Width};
 
 /// The state of a [`HostAgent`]: a word for every 16-bit offset, so that the compiler drops the checks of the interpreter's
 /// accesses.
@@ -180,12 +179,12 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
 
     /// Chooses the action for as many elements as the policy observes.
     #[inline(always)]
-    pub(crate) fn decide_exact<O: Watching>(
+    pub(crate) fn decide_exact<O: Observer>(
         &mut self,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,
     ) -> Decision<'_> {
-        let vectors = W::vectors::<O>(self.policy.header.width);
+        let vectors = W::vectors(self.policy.header.width);
         self.machine().decide_exact(vectors, observation, observer)
     }
 
@@ -203,12 +202,12 @@ impl<'p, W: Width, S: Storage> Agent<'p, W, S> {
     }
 
     #[inline(always)]
-    fn decide_observed<O: Watching>(
+    fn decide_observed<O: Observer>(
         &mut self,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         observer: O,
     ) -> Result<Decision<'_>, ObservationError> {
-        let vectors = W::vectors::<O>(self.policy.header.width);
+        let vectors = W::vectors(self.policy.header.width);
         self.machine().decide(vectors, observation, observer)
     }
 

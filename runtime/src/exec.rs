@@ -7,6 +7,7 @@ mod context;
 mod elementwise;
 mod rows;
 mod scalars;
+mod shared;
 mod vectors;
 
 use core::borrow::BorrowMut;
@@ -22,6 +23,7 @@ use crate::verify::Policy;
 use context::Context;
 pub(crate) use context::{fill_initial, lanes, reset_registers};
 use scalars::{load, scalars};
+use shared::shared;
 pub use vectors::vectors;
 
 /// A policy with the state of its agent, wherever that is kept, or with the states of several agents that run in lock-step.
@@ -75,7 +77,7 @@ impl<V: Word> Paths<V> {
 const END: u32 = u32::MAX;
 
 /// [`vectors`] of one vector width.
-pub type Vectors<V, O> = for<'c> fn(&mut [V], &mut Context<'_, V, O>, Code<'c>) -> Code<'c>;
+pub type Vectors<V> = for<'c> fn(&mut [V], <V as Word>::Mask, Code<'c>) -> Code<'c>;
 
 /// One decision in progress, of each lane.
 pub struct Run<'m, 's, 'p, V: Word, S: ?Sized, O> {
@@ -89,7 +91,7 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
     ///
     /// `vectors` is an argument all the way and no field, so that compilers see which function it is and call it directly.
     #[inline(always)]
-    pub fn decide(&mut self, vectors: Vectors<V, O>, deciding: V::Mask) {
+    pub fn decide(&mut self, vectors: Vectors<V>, deciding: V::Mask) {
         let policy = self.machine.policy;
         self.machine.bids.fill(V::splat(f32::NAN));
         self.machine.visited.fill(V::Mask::NONE);
@@ -126,7 +128,7 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
     #[inline(always)]
     fn visit(
         &mut self,
-        vectors: Vectors<V, O>,
+        vectors: Vectors<V>,
         team_id: TeamId,
         here: V::Mask,
     ) -> (V, <V::Mask as Mask>::Numbers) {
@@ -173,7 +175,7 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
     #[inline(always)]
     fn bid(
         &mut self,
-        vectors: Vectors<V, O>,
+        vectors: Vectors<V>,
         team: &TeamRecord,
         program_id: ProgramId,
         program: &ProgramRecord,
@@ -198,7 +200,7 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
     #[inline(always)]
     fn run(
         &mut self,
-        vectors: Vectors<V, O>,
+        vectors: Vectors<V>,
         team: &TeamRecord,
         program_id: ProgramId,
         record: &ProgramRecord,
@@ -220,15 +222,15 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
         load(self.machine.words.borrow_mut(), program.state_start)
     }
 
-    /// Executes what is left of a program's code at the first instruction that is not scalar: stretches of such instructions
-    /// and of scalar ones in turn.
+    /// Executes what is left of a program's code at the first instruction that is not scalar: stretches on vectors, on shared
+    /// memory and on scalars in turn.
     ///
     /// On hosts this is a function of its own, so that the walk over programs of scalar instructions has few variables.
     #[cfg_attr(target_pointer_width = "64", inline(never))]
     #[cfg_attr(not(target_pointer_width = "64"), inline(always))]
     fn run_on(
         &mut self,
-        vectors: Vectors<V, O>,
+        vectors: Vectors<V>,
         team: &TeamRecord,
         program: &ProgramRecord,
         running: V::Mask,
@@ -241,22 +243,27 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
             indexed,
             ..
         } = &mut *self.machine;
-        // Each turn executes at least one instruction, so this bounds the loop whatever the two functions do.
+        // Each turn executes at least one instruction, so this bounds the loop whatever the three functions do.
         for _ in 0..=code.len() {
-            let mut context = Context {
-                policy,
-                team,
-                program,
-                running,
-                streams,
-                indexed,
-                observer: &mut self.observer,
-            };
-            code = vectors((*words).borrow_mut(), &mut context, code);
+            code = vectors((*words).borrow_mut(), running, code);
+            if !code.is_empty() {
+                let mut context = Context {
+                    policy,
+                    team,
+                    program,
+                    running,
+                    streams,
+                    indexed,
+                    observer: &mut self.observer,
+                };
+                code = shared((*words).borrow_mut(), &mut context, code);
+            }
+            if !code.is_empty() {
+                code = scalars(policy, *words, running, &mut self.observer, code);
+            }
             if code.is_empty() {
                 return;
             }
-            code = scalars(policy, *words, running, &mut self.observer, code);
         }
     }
 }

@@ -38,7 +38,7 @@ pub struct LaneAgent<'s, 'p, const L: usize> {
     policy: Policy<'p>,
     slices: LaneSlices<'s, L>,
     indexed: [IndexedStream; L],
-    vectors: Vectors<Lanes<L>, ()>,
+    vectors: Vectors<Lanes<L>>,
     paths: Paths<Lanes<L>>,
 }
 
@@ -73,7 +73,7 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
             slices,
             indexed: [IndexedStream::default(); L],
             // Without it the check above has failed: no policy's width is 0.
-            vectors: vectors.unwrap_or(self::vectors::<Lanes<L>, 1, ()>),
+            vectors: vectors.unwrap_or(self::vectors::<Lanes<L>, 1>),
             paths: Paths::start(),
         };
         agents.machine().start();
@@ -202,13 +202,13 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
     }
 
     /// The instructions on vectors of the policy's width; those of any width will do if all of the policy's are scalar.
-    fn vectors(header: &Header) -> Option<Vectors<Lanes<L>, ()>> {
+    fn vectors(header: &Header) -> Option<Vectors<Lanes<L>>> {
         let scalar = header.groups & !(Group::Scalar.bit() | Group::Classic.bit()) == 0;
         macro_rules! widths {
             ($($width:literal)*) => {
                 match header.width {
-                    $($width => Some(vectors::<Lanes<L>, $width, ()>),)*
-                    _ if scalar => Some(vectors::<Lanes<L>, 1, ()>),
+                    $($width => Some(vectors::<Lanes<L>, $width>),)*
+                    _ if scalar => Some(vectors::<Lanes<L>, 1>),
                     _ => None,
                 }
             };

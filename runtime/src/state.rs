@@ -33,7 +33,7 @@ impl<'s, S: BorrowMut<[f32]> + ?Sized> Machine<'s, '_, f32, S> {
     #[inline(always)]
     pub(crate) fn decide<O: Observer>(
         self,
-        vectors: Vectors<f32, O>,
+        vectors: Vectors<f32>,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         mut observer: O,
     ) -> Result<Decision<'s>, ObservationError> {
@@ -46,7 +46,7 @@ impl<'s, S: BorrowMut<[f32]> + ?Sized> Machine<'s, '_, f32, S> {
     #[inline(always)]
     pub(crate) fn decide_exact<O: Observer>(
         self,
-        vectors: Vectors<f32, O>,
+        vectors: Vectors<f32>,
         observation: impl ExactSizeIterator<Item = f32> + Clone,
         mut observer: O,
     ) -> Decision<'s> {
@@ -61,7 +61,7 @@ impl<'s, S: BorrowMut<[f32]> + ?Sized> Machine<'s, '_, f32, S> {
     #[inline]
     fn act<O: Observer>(
         mut self,
-        vectors: Vectors<f32, O>,
+        vectors: Vectors<f32>,
         standardising: u32,
         observer: O,
     ) -> Decision<'s> {

@@ -1,19 +1,18 @@
 //! For which vector widths the interpreter is compiled.
 
 use crate::exec::{Vectors, vectors};
-use crate::trace::Observer;
 
 /// Which vector widths an [`Agent`](crate::Agent) is compiled for.
 pub trait Width: sealed::Sealed {}
 
 pub(crate) mod sealed {
-    use super::{Vectors, Watching};
+    use super::Vectors;
 
     pub trait Sealed {
         /// The only width, or `None` for every width up to the limit.
         const ONLY: Option<u16>;
         /// The instructions on vectors and matrices of this width.
-        fn vectors<O: Watching>(width: u16) -> Vectors<f32, O>;
+        fn vectors(width: u16) -> Vectors<f32>;
     }
 }
 
@@ -32,8 +31,8 @@ impl<const W: usize> sealed::Sealed for Fixed<W> {
     const ONLY: Option<u16> = Some(W as u16);
 
     #[inline(always)]
-    fn vectors<O: Watching>(_: u16) -> Vectors<f32, O> {
-        vectors::<f32, W, O>
+    fn vectors(_: u16) -> Vectors<f32> {
+        vectors::<f32, W>
     }
 }
 
@@ -41,40 +40,25 @@ impl sealed::Sealed for AnyWidth {
     const ONLY: Option<u16> = None;
 
     #[inline(always)]
-    fn vectors<O: Watching>(width: u16) -> Vectors<f32, O> {
-        O::vectors(width)
+    fn vectors(width: u16) -> Vectors<f32> {
+        any_width(width)
     }
-}
-
-/// An observer for which agents of any width are compiled. There are two: none, and one behind a pointer.
-pub trait Watching: Observer + Sized {
-    /// The instructions on vectors and matrices of this width.
-    fn vectors(width: u16) -> Vectors<f32, Self>;
 }
 
 /// Neither generic nor inlined, so that with the feature `any-width` this crate holds the copies for all widths, and programs
 /// that are built of many crates compile them once. Without the feature they are compiled where they are used, and firmware
 /// never does. A compiler inlines so small a function across crates by itself, and each crate would have all copies.
-macro_rules! watching {
-    ($observer:ty) => {
-        impl Watching for $observer {
-            #[cfg_attr(feature = "any-width", inline(never))]
-            #[cfg_attr(not(feature = "any-width"), inline)]
-            fn vectors(width: u16) -> Vectors<f32, Self> {
-                dispatch!(width; 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
+#[cfg_attr(feature = "any-width", inline(never))]
+#[cfg_attr(not(feature = "any-width"), inline)]
+fn any_width(width: u16) -> Vectors<f32> {
+    macro_rules! dispatch {
+        ($($w:literal)*) => {
+            match width {
+                $($w => vectors::<f32, $w>,)*
+                // The verifier has refused every other width.
+                _ => vectors::<f32, 1>,
             }
-        }
-    };
+        };
+    }
+    dispatch!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32)
 }
-macro_rules! dispatch {
-    ($width:ident; $($w:literal)*) => {
-        match $width {
-            $($w => vectors::<f32, $w, Self>,)*
-            // The verifier has refused every other width.
-            _ => vectors::<f32, 1, Self>,
-        }
-    };
-}
-watching!(());
-#[cfg(feature = "trace")]
-watching!(&mut dyn Observer);

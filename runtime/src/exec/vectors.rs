@@ -1,26 +1,23 @@
-//! Instructions on vectors, matrices, constants and shared memory.
+//! Instructions on the vectors and matrices of a program: the only ones that are compiled for each width.
 
-use super::context::Context;
 use super::elementwise::{
     map_matrix, map_vector, reduce_matrix, reduce_rows, reduce_vector, scale_matrix, scale_vector,
     zip_matrix, zip_vector,
 };
 use super::rows::{matrix, put_matrix, put_row, vector};
 use super::scalars::{load, store};
-use crate::isa::{self, Group, Op, Section};
+use crate::isa::{self, Group, Op};
 use crate::math::{self, Mask, Word, lanes};
 use crate::tables::{Code, Instruction};
-use crate::trace::Observer;
 
-/// Runs instructions that touch vectors, matrices, constants or shared memory up to the first scalar one, and returns
-/// the code from there. `W` is the policy's vector width.
+/// Runs instructions on vectors and matrices up to the first other one, and returns the code from there. `W` is the policy's
+/// vector width.
 #[inline(never)]
-pub fn vectors<'c, V: Word, const W: usize, O: Observer>(
+pub fn vectors<'c, V: Word, const W: usize>(
     words: &mut [V],
-    context: &mut Context<'_, V, O>,
+    running: V::Mask,
     code: Code<'c>,
 ) -> Code<'c> {
-    let running = context.running;
     let mut rest = code;
     while let [bytes, tail @ ..] = rest {
         let Some(i) = Instruction::from_bytes(bytes) else {
@@ -93,18 +90,6 @@ pub fn vectors<'c, V: Word, const W: usize, O: Observer>(
                     map_matrix::<V, W>(words, [d, b], open, lanes::same)
                 }
             }};
-            (Reload: S <- None, None) => { context.reload(words, i.d, 1) };
-            (Reload: V <- None, None) => { context.reload(words, i.d, W) };
-            (Reload: M <- None, None) => { context.reload(words, i.d, W * W) };
-            (Write: None <- S, None) => { context.write(words, Section::Scalar, a, W) };
-            (Write: None <- V, None) => { context.write(words, Section::Vector, a, W) };
-            (Write: None <- M, None) => { context.write(words, Section::Matrix, a, W) };
-            (Read: S <- ScalarSlot, None) => { context.read(words, Section::Scalar, i, W) };
-            (Read: S <- VectorSlot, VectorIndex) => { context.read(words, Section::Vector, i, W) };
-            (Read: S <- MatrixSlot, MatrixIndex) => { context.read(words, Section::Matrix, i, W) };
-            (ReadWhole: V <- VectorSlot, None) => { context.read_whole(words, Section::Vector, [d, a], W) };
-            (ReadWhole: M <- MatrixSlot, None) => { context.read_whole(words, Section::Matrix, [d, a], W) };
-            (WriteCells: None <- None, None) => { context.write_cells(words) };
             ($($other:tt)*) => { return rest };
         }
         macro_rules! dispatch {

@@ -173,7 +173,7 @@ impl Experiment {
             let why = "a file of a task is named with letters, digits, hyphens and underscores: results are called by it";
             return Err(value("tasks", name, why));
         }
-        if let Some(name) = twice(labels.iter().copied()) {
+        if let Some(name) = twice(labels.iter().map(String::as_str)) {
             return Err(value(
                 "tasks",
                 name,
@@ -205,7 +205,7 @@ impl Experiment {
         }
         let by_task = self.budgets.keys().map(|task| ("budgets", task));
         for (key, task) in by_task.chain(self.sets.keys().map(|task| ("sets", task))) {
-            if !labels.contains(&task.as_str()) {
+            if !labels.contains(task) {
                 let candidates: Vec<String> = labels.iter().map(|t| format!("{key}.{t}")).collect();
                 let candidates: Vec<&str> = candidates.iter().map(String::as_str).collect();
                 return Err(unknown_key(format!("{key}.{task}"), &candidates));
@@ -226,7 +226,7 @@ impl Experiment {
 
     /// What its tasks are called, in order.
     #[must_use]
-    pub fn labels(&self) -> Vec<&str> {
+    pub fn labels(&self) -> Vec<String> {
         self.tasks.iter().map(|task| label(task)).collect()
     }
 
@@ -264,7 +264,7 @@ impl Experiment {
         let mut sets = Vec::new();
         for (key, table) in [
             ("set", Some(&self.set)),
-            ("sets", self.sets.get(label)),
+            ("sets", self.sets.get(&label)),
             ("changed", changed.map(|changed| &changed.set)),
         ] {
             for (path, new) in leaves(table.into_iter().flatten(), "") {
@@ -281,15 +281,15 @@ impl Experiment {
         let config = resolve(&preset, None, &sets).map_err(wrong)?;
         let settings = Settings::new(&config).map_err(wrong)?;
         Ok(Cell {
-            name: cell_name(label, variant, 1),
-            task: label.to_owned(),
+            name: cell_name(&label, variant, 1),
             variant: variant.to_owned(),
             preset: name,
             repeat: 1,
             seed: self.seed,
             config_hash: hash(&config, &settings.task_identity),
             config,
-            budget: *self.budgets.get(label).unwrap_or(&self.budget),
+            budget: *self.budgets.get(&label).unwrap_or(&self.budget),
+            task: label,
             has_memory: settings.policy_spec.memory_model != MemoryModel::None,
         })
     }
@@ -318,11 +318,13 @@ fn check_keys(table: &Table) -> Result<(), ExperimentError> {
 }
 
 /// What a task of an experiment is called: its name, or the name of its file without `.toml`; of a series what follows the folder.
+/// Colons and points become hyphens.
 #[must_use]
-pub fn label(task: &str) -> &str {
+pub fn label(task: &str) -> String {
     let stem = description_file(task).and_then(|path| path.file_stem()?.to_str());
     let series = is_from_file(task).then(|| task.rsplit('/').next());
-    stem.or(series.flatten()).unwrap_or(task)
+    let name = stem.or(series.flatten()).unwrap_or(task);
+    name.replace([':', '.'], "-")
 }
 
 /// The first name that occurs twice.
@@ -335,7 +337,8 @@ fn twice<'a>(names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
 fn find_preset(task: &str, variant: &str) -> Result<(Preset, bool), ExperimentError> {
     let all = presets()?;
     let tasks: BTreeSet<&str> = all.iter().map(|preset| preset.task).collect();
-    if is_from_file(task) || names().contains(&task) {
+    // Of a family every task is one of its own; whether there is such a one its making tells.
+    if is_from_file(task) || names().contains(&task) || task.contains(':') {
         return Ok((Preset::find(variant)?, true));
     }
     if !tasks.contains(task) {
@@ -508,5 +511,25 @@ mod tests {
         );
         assert_eq!(cells[2].config.evolution.children, 30, "sets of its label");
         assert_eq!(label("some/where/crane.toml"), "crane");
+        assert_eq!(label("series:where/tide.csv:LEVEL:25"), "tide-csv-LEVEL-25");
+    }
+
+    #[test]
+    fn a_task_of_a_family_is_named_with_its_parameter() {
+        let text = TEXT
+            .replace("\"acrobot\"]", "\"tmaze:100\"]")
+            .replace("\"cartpole\", ", "\"tmaze:10\", ")
+            .replace("\"per-agent\"", "\"memory\"")
+            .replace("acrobot", "tmaze-100");
+        let experiment = Experiment::parse(&text).expect("valid");
+        let cells = experiment.cells().expect("valid");
+        assert_eq!(cells[2].name, "tmaze-100.memory.1");
+        assert_eq!(cells[2].config.task, "tmaze:100");
+        assert_eq!(cells[2].config.evolution.children, 30, "sets of its label");
+        let wrong = text.replace("tmaze:100", "tmaze:0");
+        let error =
+            Experiment::parse(&wrong.replace("tmaze-100", "tmaze-0")).expect_err("no corridor");
+        let message = format!("{:#}", anyhow::Error::new(error));
+        assert!(message.contains("tmaze:0"), "{message}");
     }
 }

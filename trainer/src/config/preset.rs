@@ -116,7 +116,7 @@ const TASKS: &[TaskRow] = &[
     classic!("cartpole"),
     classic!("acrobot"),
     classic!("pendulum"),
-    robot!("inverted-double-pendulum-skip1-v1", DOUBLE_PENDULUM, OTHERS, "inverted-double-pendulum", "inverted-double-pendulum-b23"),
+    robot!("inverted-double-pendulum-skip1-v1", DOUBLE_PENDULUM, OTHERS, "inverted-double-pendulum", "inverted-double-pendulum-skip1-b23"),
     robot!("hopper-skip1-v1", "", OTHERS, "hopper", "hopper-b23"),
     robot!("half-cheetah-skip1-v1", "", OTHERS, "half-cheetah", "half-cheetah-b23"),
     robot!("inverted-pendulum-v5", "", OTHERS, "inverted-pendulum"),

@@ -28,8 +28,10 @@ const ROW_HEIGHT: u32 = 250;
 /// Panels below this width have room for fewer labels.
 const NARROW: u32 = 240;
 const TITLE_HEIGHT: u32 = 26;
+const TITLE_LINE: u32 = 18;
 const LEGEND_HEIGHT: u32 = 20;
 const TEXT: i32 = 13;
+const TITLE_TEXT: i32 = TEXT + 2;
 
 /// A look: its colour, and dashes where the colours have run out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,10 +101,29 @@ impl Figure {
     /// Width and height in pixels.
     pub(super) fn size(&self) -> (u32, u32) {
         let legend = LEGEND_HEIGHT * self.legend_rows().len() as u32 + 6;
-        (
-            WIDTH,
-            TITLE_HEIGHT + ROW_HEIGHT * self.rows.len() as u32 + legend,
-        )
+        let panels = ROW_HEIGHT * self.rows.len() as u32;
+        (WIDTH, self.title_height() + panels + legend)
+    }
+
+    fn title_height(&self) -> u32 {
+        TITLE_HEIGHT + TITLE_LINE * (self.title_lines().len() as u32 - 1)
+    }
+
+    /// The title in lines that fit the width, at least one.
+    fn title_lines(&self) -> Vec<String> {
+        let letters = (WIDTH - 16) / letter_width(TITLE_TEXT);
+        let mut lines = vec![String::new()];
+        for word in self.title.split_whitespace() {
+            match lines.last_mut() {
+                Some(line) if line.is_empty() => line.push_str(word),
+                Some(line) if line.len() + 1 + word.len() <= letters as usize => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        lines
     }
 
     /// Draws the figure, all lengths times `scale`.
@@ -113,12 +134,11 @@ impl Figure {
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         root.fill(&WHITE)?;
         let px = |length: u32| (length * scale) as i32;
-        let (title, rest) = root.split_vertically(px(TITLE_HEIGHT));
-        title.draw(&Text::new(
-            self.title.clone(),
-            (px(8), px(7)),
-            font((TEXT + 2) * scale as i32),
-        ))?;
+        let (title, rest) = root.split_vertically(px(self.title_height()));
+        for (row, line) in self.title_lines().into_iter().enumerate() {
+            let at = (px(8), px(7 + TITLE_LINE * row as u32));
+            title.draw(&Text::new(line, at, font(TITLE_TEXT * scale as i32)))?;
+        }
         let (panels, legend) = rest.split_vertically(px(ROW_HEIGHT * self.rows.len() as u32));
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(1).max(1);
         let areas = panels.split_evenly((self.rows.len(), columns));
@@ -145,8 +165,7 @@ impl Figure {
         let mut rows: Vec<Vec<_>> = vec![Vec::new()];
         let mut x = 12;
         for (name, look) in &self.legend {
-            // Three fifths of the size is wider than the mean letter of any sans-serif.
-            let width = 46 + name.len() as u32 * (TEXT as u32 * 3 / 5);
+            let width = 46 + name.len() as u32 * letter_width(TEXT);
             if x + width > WIDTH && x > 12 {
                 rows.push(Vec::new());
                 x = 12;
@@ -311,10 +330,15 @@ fn draw_legend_line<B: DrawingBackend>(
     }
 }
 
+/// More than the mean letter of any sans-serif takes at this size.
+const fn letter_width(size: i32) -> u32 {
+    size as u32 * 3 / 5
+}
+
 /// A number on an axis, short.
 fn tick(value: f64) -> String {
     let (value, unit) = match value.abs() {
-        10_000_000.0.. => (value / 1e6, "M"),
+        1_000_000.0.. => (value / 1e6, "M"),
         10_000.0.. => (value / 1e3, "k"),
         _ => (value, ""),
     };
@@ -333,12 +357,31 @@ fn two_digits(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{tick, two_digits};
+    use super::{Figure, tick, two_digits};
+
+    #[test]
+    fn long_titles_take_more_lines() {
+        let title = "Mean training score of the best agent so far, over environment steps, of all runs of this experiment";
+        let mut figure = Figure {
+            title: title.into(),
+            rows: Vec::new(),
+            legend: Vec::new(),
+        };
+        let lines = figure.title_lines();
+        assert_eq!(lines.join(" "), title);
+        assert!(
+            lines.len() == 2 && lines.iter().all(|line| line.len() <= 82),
+            "{lines:?}"
+        );
+        let (_, two_lines) = figure.size();
+        figure.title.clear();
+        assert!(figure.size().1 < two_lines);
+    }
 
     #[test]
     fn numbers_on_axes_are_short() {
-        let texts = [0.1 + 0.2, -1e-9, 350.0, 25_000.0, -12_500_000.0].map(tick);
-        assert_eq!(texts, ["0.3", "0", "350", "25k", "-12.5M"]);
+        let texts = [0.1 + 0.2, -1e-9, 350.0, 25_000.0, 5e6, -12_500_000.0].map(tick);
+        assert_eq!(texts, ["0.3", "0", "350", "25k", "5M", "-12.5M"]);
         let texts = [0.3162, 3.162, 31.62, 1000.0].map(|x| tick(two_digits(x)));
         assert_eq!(texts, ["0.32", "3.2", "32", "1000"]);
     }

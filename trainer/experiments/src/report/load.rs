@@ -81,10 +81,10 @@ impl Results {
 
     /// Tasks that have runs, in the experiment's order.
     pub(super) fn tasks(&self) -> Vec<&str> {
-        let tasks = self.experiment.labels().into_iter();
+        let groups = self.groups.iter().filter(|group| !group.runs.is_empty());
+        let mut tasks: Vec<&str> = groups.map(|group| &*group.task).collect();
+        tasks.dedup();
         tasks
-            .filter(|task| self.of_task(task).next().is_some())
-            .collect()
     }
 }
 
@@ -99,7 +99,7 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
         for (series, variant) in experiment.variants.iter().enumerate() {
             let mut runs = Vec::new();
             for repeat in 1..=experiment.repeats {
-                let cell = cell_name(task, variant, repeat);
+                let cell = cell_name(&task, variant, repeat);
                 let files = CellFiles::new(folder, &cell);
                 if files.row.exists() {
                     runs.push(read_run(&files, &manifest)?);
@@ -110,7 +110,7 @@ pub(super) fn read(folder: &Path) -> Result<Results, ReportError> {
             }
             whole_accesses(folder, &runs)?;
             groups.push(Group {
-                task: task.to_owned(),
+                task: task.clone(),
                 variant: variant.clone(),
                 series,
                 runs,
