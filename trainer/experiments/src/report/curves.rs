@@ -215,7 +215,7 @@ fn panel(task: &str, groups: &[&Group], progress: Progress, measure: Measure, ba
         }
     };
     let (unit, x_label, x_ticks) = match progress {
-        Progress::Generations => (0.0, "generation", Ticks::Numbers),
+        Progress::Generations => (0.0, "generation", Ticks::Whole),
         Progress::Steps => (0.0, "environment steps", Ticks::Numbers),
         Progress::Time if end >= 3600f64.log10() => {
             (3600f64.log10(), "hours of training", Ticks::Logarithms)
@@ -269,7 +269,7 @@ fn panel(task: &str, groups: &[&Group], progress: Progress, measure: Measure, ba
 fn axis(from: f64, to: f64) -> Range<f64> {
     match (from.is_finite(), from < to && to.is_finite()) {
         (true, true) => from..to,
-        (true, false) => from..from + 1.0,
+        (true, false) => from - 0.5..from + 0.5,
         (false, _) => 0.0..1.0,
     }
 }

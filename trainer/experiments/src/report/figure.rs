@@ -251,7 +251,12 @@ impl Panel {
             };
             let line = points.iter().map(|[x, _, middle, _]| (*x, *middle));
             let style = look.color().stroke_width(2 * scale);
-            if look.dashed() {
+            if let [[x, low, middle, high]] = points[..] {
+                // A line of one point would not be seen.
+                let range = [(x, low), (x, high)];
+                chart.draw_series([PathElement::new(range, look.color().mix(0.3))])?;
+                chart.draw_series([Circle::new((x, middle), px(4), look.color().filled())])?;
+            } else if look.dashed() {
                 chart.draw_series(DashedLineSeries::new(
                     line,
                     px(6) as i32,
