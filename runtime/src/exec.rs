@@ -24,7 +24,7 @@ use context::Context;
 pub(crate) use context::{fill_initial, lanes, reset_registers};
 use scalars::{load, scalars};
 use shared::shared;
-pub use vectors::vectors;
+use vectors::vectors;
 
 /// A policy with the state of its agent, wherever that is kept, or with the states of several agents that run in lock-step.
 /// `S` is an array or a slice of words.
@@ -76,8 +76,23 @@ impl<V: Word> Paths<V> {
 /// No team: the end of a lane's path.
 const END: u32 = u32::MAX;
 
-/// [`vectors`] of one vector width.
-pub type Vectors<V> = for<'c> fn(&mut [V], <V as Word>::Mask, Code<'c>) -> Code<'c>;
+/// What is compiled for one vector width: [`vectors`], and the width, which firmware so knows when it is built.
+#[derive(Clone, Copy)]
+pub struct Vectors<V: Word> {
+    pub run: for<'c> fn(&mut [V], V::Mask, Code<'c>) -> Code<'c>,
+    pub width: usize,
+}
+
+impl<V: Word> Vectors<V> {
+    /// Those of width `W`.
+    #[inline(always)]
+    pub const fn of<const W: usize>() -> Self {
+        Vectors {
+            run: vectors::<V, W>,
+            width: W,
+        }
+    }
+}
 
 /// One decision in progress, of each lane.
 pub struct Run<'m, 's, 'p, V: Word, S: ?Sized, O> {
@@ -89,7 +104,7 @@ pub struct Run<'m, 's, 'p, V: Word, S: ?Sized, O> {
 impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> {
     /// Decides in the lanes of the mask; their observations lie in the window already.
     ///
-    /// `vectors` is an argument all the way and no field, so that compilers see which function it is and call it directly.
+    /// `vectors` is an argument all the way and no field, so that compilers see which function and width it is.
     #[inline(always)]
     pub fn decide(&mut self, vectors: Vectors<V>, deciding: V::Mask) {
         let policy = self.machine.policy;
@@ -245,7 +260,7 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
         } = &mut *self.machine;
         // Each turn executes at least one instruction, so this bounds the loop whatever the three functions do.
         for _ in 0..=code.len() {
-            code = vectors((*words).borrow_mut(), running, code);
+            code = (vectors.run)((*words).borrow_mut(), running, code);
             if !code.is_empty() {
                 let mut context = Context {
                     policy,
@@ -256,7 +271,7 @@ impl<V: Word, S: BorrowMut<[V]> + ?Sized, O: Observer> Run<'_, '_, '_, V, S, O> 
                     indexed,
                     observer: &mut self.observer,
                 };
-                code = shared((*words).borrow_mut(), &mut context, code);
+                code = shared((*words).borrow_mut(), &mut context, vectors.width, code);
             }
             if !code.is_empty() {
                 code = scalars(policy, *words, running, &mut self.observer, code);

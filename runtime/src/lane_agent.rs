@@ -2,7 +2,7 @@
 
 use crate::blob::{ActionKind, Header};
 use crate::decision::{Action, Decision, ObservationError, Reset};
-use crate::exec::{Machine, Paths, Run, Vectors, vectors};
+use crate::exec::{Machine, Paths, Run, Vectors};
 use crate::isa::Group;
 use crate::math::{self, LaneMask, Lanes, Mask, Word};
 use crate::memory::IndexedStream;
@@ -73,7 +73,7 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
             slices,
             indexed: [IndexedStream::default(); L],
             // Without it the check above has failed: no policy's width is 0.
-            vectors: vectors.unwrap_or(self::vectors::<Lanes<L>, 1>),
+            vectors: vectors.unwrap_or(Vectors::of::<1>()),
             paths: Paths::start(),
         };
         agents.machine().start();
@@ -207,8 +207,8 @@ impl<'s, 'p, const L: usize> LaneAgent<'s, 'p, L> {
         macro_rules! widths {
             ($($width:literal)*) => {
                 match header.width {
-                    $($width => Some(vectors::<Lanes<L>, $width>),)*
-                    _ if scalar => Some(vectors::<Lanes<L>, 1>),
+                    $($width => Some(Vectors::of::<$width>()),)*
+                    _ if scalar => Some(Vectors::of::<1>()),
                     _ => None,
                 }
             };

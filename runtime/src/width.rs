@@ -1,6 +1,6 @@
 //! For which vector widths the interpreter is compiled.
 
-use crate::exec::{Vectors, vectors};
+use crate::exec::Vectors;
 
 /// Which vector widths an [`Agent`](crate::Agent) is compiled for.
 pub trait Width: sealed::Sealed {}
@@ -32,7 +32,7 @@ impl<const W: usize> sealed::Sealed for Fixed<W> {
 
     #[inline(always)]
     fn vectors(_: u16) -> Vectors<f32> {
-        vectors::<f32, W>
+        Vectors::of::<W>()
     }
 }
 
@@ -54,9 +54,9 @@ fn any_width(width: u16) -> Vectors<f32> {
     macro_rules! dispatch {
         ($($w:literal)*) => {
             match width {
-                $($w => vectors::<f32, $w>,)*
+                $($w => Vectors::of::<$w>(),)*
                 // The verifier has refused every other width.
-                _ => vectors::<f32, 1>,
+                _ => Vectors::of::<1>(),
             }
         };
     }

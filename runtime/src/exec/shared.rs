@@ -6,14 +6,18 @@ use crate::math::Word;
 use crate::tables::{Code, Instruction};
 use crate::trace::Observer;
 
-/// Runs instructions that touch constants or shared memory up to the first other one, and returns the code from there.
-#[inline(never)]
+/// Runs instructions that touch constants or shared memory up to the first other one, and returns the code from there. `width` is
+/// the policy's vector width.
+///
+/// On microcontrollers, where the width is known, it is a part of its only caller.
+#[cfg_attr(target_pointer_width = "64", inline(never))]
+#[cfg_attr(not(target_pointer_width = "64"), inline(always))]
 pub(super) fn shared<'c, V: Word, O: Observer>(
     words: &mut [V],
     context: &mut Context<'_, V, O>,
+    width: usize,
     code: Code<'c>,
 ) -> Code<'c> {
-    let width = usize::from(context.policy.header.width);
     let mut rest = code;
     while let [bytes, tail @ ..] = rest {
         let Some(i) = Instruction::from_bytes(bytes) else {

@@ -13,7 +13,7 @@ use crate::tables::{Code, Instruction};
 /// Runs instructions on vectors and matrices up to the first other one, and returns the code from there. `W` is the policy's
 /// vector width.
 #[inline(never)]
-pub fn vectors<'c, V: Word, const W: usize>(
+pub(super) fn vectors<'c, V: Word, const W: usize>(
     words: &mut [V],
     running: V::Mask,
     code: Code<'c>,
