@@ -76,7 +76,7 @@ impl<V: Word> Paths<V> {
 /// No team: the end of a lane's path.
 const END: u32 = u32::MAX;
 
-/// What is compiled for one vector width: [`vectors`], and the width, which firmware so knows when it is built.
+/// The operations that are compiled for one vector width, and that width. Firmware knows both when it is built.
 #[derive(Clone, Copy)]
 pub struct Vectors<V: Word> {
     pub run: for<'c> fn(&mut [V], V::Mask, Code<'c>) -> Code<'c>,
